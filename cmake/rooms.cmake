@@ -1,0 +1,33 @@
+# A room is a folder under src/, a static library, a namespace and an include prefix. Its sources are the folder's *.cpp, its
+# tests the *_test.cpp beside them.
+#   tellurion_room(NAME [PUBLIC target ...] [PRIVATE target ...])
+function(tellurion_room name)
+  cmake_parse_arguments(ROOM "" "" "PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "_test\\.cpp$")
+  add_library(tellurion_${name} STATIC ${sources})
+  target_include_directories(tellurion_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
+  target_link_libraries(tellurion_${name} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:tellurion_warnings>)
+endfunction()
+
+# Tests are told where the real data lies, if it is there; a test that needs it says GTEST_SKIP when it is not.
+#   tellurion_room_tests(NAME [LINK target ...] [TIMEOUT seconds])
+function(tellurion_room_tests name)
+  if(NOT TELLURION_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(TEST "" "TIMEOUT" "LINK" ${ARGN})
+  if(NOT TEST_TIMEOUT)
+    set(TEST_TIMEOUT 300)
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*_test.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${name}_tests ${sources})
+  target_link_libraries(${name}_tests PRIVATE tellurion_${name} ${TEST_LINK} GTest::gtest GTest::gmock GTest::gtest_main
+                        tellurion_warnings)
+  target_compile_definitions(${name}_tests PRIVATE
+    TELLURION_SOURCE_DIR="${PROJECT_SOURCE_DIR}" TELLURION_SHARED_DATA_DIR="${PROJECT_SOURCE_DIR}/../shared/data")
+  gtest_discover_tests(${name}_tests TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
+endfunction()

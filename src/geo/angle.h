@@ -1,0 +1,43 @@
+#pragma once
+
+#include <compare>
+
+namespace tellurion::geo {
+
+inline constexpr double kPi = 3.14159265358979323846;
+
+/// An angle. Never a bare double in a public interface: degrees and radians are its constructors and its readers.
+class Angle {
+ public:
+  constexpr Angle() = default;
+  static constexpr Angle degrees(double d) { return Angle(d * (kPi / 180.0)); }
+  static constexpr Angle radians(double r) { return Angle(r); }
+
+  constexpr double degrees() const { return radians_ * (180.0 / kPi); }
+  constexpr double radians() const { return radians_; }
+
+  constexpr auto operator<=>(const Angle&) const = default;
+  constexpr Angle operator-() const { return Angle(-radians_); }
+  constexpr Angle operator+(Angle o) const { return Angle(radians_ + o.radians_); }
+  constexpr Angle operator-(Angle o) const { return Angle(radians_ - o.radians_); }
+  constexpr Angle operator*(double k) const { return Angle(radians_ * k); }
+  constexpr Angle operator/(double k) const { return Angle(radians_ / k); }
+  constexpr double operator/(Angle o) const { return radians_ / o.radians_; }
+
+ private:
+  explicit constexpr Angle(double r) : radians_(r) {}
+  double radians_ = 0.0;
+};
+
+/// Sine and cosine of an angle in degrees: exact at multiples of 90 degrees, the same to the last bit for angles that
+/// differ by an exactly representable multiple of 360. NaN in, NaN out.
+struct SinCos {
+  double sin;
+  double cos;
+};
+SinCos sinCosDegrees(double degrees);
+
+/// The same direction within [-180, 180) degrees.
+Angle wrappedLongitude(Angle longitude);
+
+}  // namespace tellurion::geo
