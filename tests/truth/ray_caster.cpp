@@ -1,0 +1,153 @@
+#include "truth/ray_caster.h"
+
+#include <gdal_priv.h>
+
+#include <GeographicLib/Geocentric.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace tellurion::truth {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::quiet_NaN();
+
+/// Both crossings of a ray with a sphere about the centre; false when it misses.
+bool crossSphere(const geo::Ray& ray, double radius_m, double& near_m, double& far_m) {
+  const double b = geo::dot(ray.origin.m, ray.direction);
+  const double c = geo::dot(ray.origin.m, ray.origin.m) - radius_m * radius_m;
+  const double discriminant = b * b - c;
+  if (discriminant < 0) return false;
+  near_m = -b - std::sqrt(discriminant);
+  far_m = -b + std::sqrt(discriminant);
+  return true;
+}
+
+}  // namespace
+
+SourceSurface::Layer SourceSurface::read(const std::string& path) {
+  GDALAllRegister();
+  auto* dataset = static_cast<GDALDataset*>(GDALOpen(path.c_str(), GA_ReadOnly));
+  if (dataset == nullptr) throw std::runtime_error("cannot open " + path);
+  std::array<double, 6> affine{};
+  dataset->GetGeoTransform(affine.data());
+  Layer layer;
+  layer.width = dataset->GetRasterXSize();
+  layer.height = dataset->GetRasterYSize();
+  layer.stepX = affine[1];
+  layer.stepY = -affine[5];
+  layer.west = affine[0] + affine[1] / 2;
+  layer.north = affine[3] + affine[5] / 2;
+  layer.wraps = std::abs(layer.width * layer.stepX - 360.0) < layer.stepX / 2;
+  GDALRasterBand* band = dataset->GetRasterBand(1);
+  int hasNoData = 0;
+  layer.noData = band->GetNoDataValue(&hasNoData);
+  layer.hasNoData = hasNoData != 0;
+  layer.samples.resize(static_cast<std::size_t>(layer.width) * static_cast<std::size_t>(layer.height));
+  const CPLErr error = band->RasterIO(GF_Read, 0, 0, layer.width, layer.height, layer.samples.data(), layer.width,
+                                      layer.height, GDT_Float32, 0, 0);
+  GDALClose(dataset);
+  if (error != CE_None) throw std::runtime_error("cannot read " + path);
+  return layer;
+}
+
+double SourceSurface::Layer::at(int col, int row) const {
+  if (wraps) {
+    // Past a pole the meridian goes on half a turn away.
+    if (row < 0 || row >= height) col += width / 2;
+    if (row < 0) row = -1 - row;
+    if (row >= height) row = 2 * height - 1 - row;
+    col = ((col % width) + width) % width;
+  }
+  col = std::clamp(col, 0, width - 1);
+  row = std::clamp(row, 0, height - 1);
+  const double v = samples[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(col)];
+  return hasNoData && v == noData ? kNever : v;
+}
+
+bool SourceSurface::Layer::sample(double lat, double lon, double& value) const {
+  double x = (lon - west) / stepX;
+  const double y = (north - lat) / stepY;
+  const double turn = 360.0 / stepX;
+  x -= turn * std::floor((x + 0.5) / turn);  // to [-0.5, turn - 0.5)
+  if (!wraps && x > width - 0.5) return false;
+  if (y < -0.5 || y > height - 0.5) return false;
+  if (std::isnan(at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y))))) return false;
+  const int col = static_cast<int>(std::floor(x));
+  const int row = static_cast<int>(std::floor(y));
+  double sum = 0;
+  double weights = 0;
+  for (int dy = 0; dy < 2; ++dy) {
+    for (int dx = 0; dx < 2; ++dx) {
+      const double weight = (dx != 0 ? x - col : 1 - (x - col)) * (dy != 0 ? y - row : 1 - (y - row));
+      const double v = at(col + dx, row + dy);
+      if (std::isnan(v)) continue;
+      sum += weight * v;
+      weights += weight;
+    }
+  }
+  value = sum / weights;
+  return true;
+}
+
+SourceSurface::SourceSurface(const std::vector<std::string>& rasterPaths, const geo::Ellipsoid& ellipsoid)
+    : ellipsoid_(ellipsoid), spacing_(std::numeric_limits<double>::infinity()) {
+  for (const std::string& path : rasterPaths) {
+    layers_.push_back(read(path));
+    const Layer& layer = layers_.back();
+    for (const float v : layer.samples) {
+      if (layer.hasNoData && static_cast<double>(v) == layer.noData) continue;
+      lowest_ = std::min(lowest_, static_cast<double>(v));
+      highest_ = std::max(highest_, static_cast<double>(v));
+    }
+    spacing_ = std::min(spacing_, layer.stepY * geo::kPi / 180.0 * ellipsoid.meanRadius_m());
+  }
+}
+
+double SourceSurface::height_m(double lat, double lon) const {
+  double value = 0;
+  for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer)
+    if (layer->sample(lat, lon, value)) return value;
+  return 0;
+}
+
+double distanceAlong(const SourceSurface& surface, const geo::Ray& ray) {
+  const geo::Ellipsoid& e = surface.ellipsoid();
+  const GeographicLib::Geocentric geocentric(e.semiMajorAxis_m(), e.flattening());
+  double near_m = 0;
+  double far_m = 0;
+  if (!crossSphere(ray, e.semiMajorAxis_m() + surface.highest_m(), near_m, far_m) || far_m < 0) return kNever;
+
+  const auto gapAt = [&](double distance) {
+    const geo::Vec3 p = ray.origin.m + ray.direction * distance;
+    double lat = 0;
+    double lon = 0;
+    double height = 0;
+    geocentric.Reverse(p.x, p.y, p.z, lat, lon, height);
+    return height - surface.height_m(lat, lon);
+  };
+  const double smallestStep = surface.spacing_m() / 5;
+  double before = std::max(near_m, 0.0);
+  double gap = gapAt(before);
+  if (gap < 0) return before;
+  while (before < far_m) {
+    // No source here rises more steeply than 3 in 1 between its samples.
+    const double after = before + std::max(gap * 0.3, smallestStep);
+    gap = gapAt(after);
+    if (gap < 0) {
+      double above = before;
+      double below = after;
+      for (int i = 0; i < 50 && below - above > 1e-4; ++i) {
+        const double middle = (above + below) / 2;
+        (gapAt(middle) < 0 ? below : above) = middle;
+      }
+      return (above + below) / 2;
+    }
+    before = after;
+  }
+  return kNever;
+}
+
+}  // namespace tellurion::truth
