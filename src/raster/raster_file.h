@@ -1,0 +1,95 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "geo/body.h"
+#include "geo/geo_rect.h"
+#include "io/failure.h"
+#include "raster/raster.h"
+#include "raster/tile.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::raster {
+
+/// What a person may know better than the file.
+struct RasterOptions {
+  std::optional<double> nodata;   ///< in place of the file's own NODATA values; as stored, before scale and offset
+  std::optional<geo::Body> body;  ///< in place of what the file's spatial reference says
+};
+
+struct RasterInfo {
+  std::string path;
+  int width = 0;   ///< pixels
+  int height = 0;  ///< pixels
+  int bands = 0;
+  geo::GeoRect bounds;  ///< holds the pixels' full area
+  geo::Angle
+      finestSpacing;  ///< the largest, over the raster, of a pixel's smaller side, as an angle on the unit sphere
+  geo::Body body = geo::earth();
+  double heightQuantum_m = 0.0;       ///< elevation: metres between two stored integers; 0 for floating point
+  std::vector<std::string> warnings;  ///< what was assumed, sentences without a full stop; may grow while sampling
+};
+
+/// A raster file that GDAL reads, in any spatial reference, sampled at places on its body. One thread only; move-only.
+/// Opening the same file once a thread is fine. Safe on untrusted files as far as GDAL's drivers are: sizes are bounded
+/// before they are believed, only plain local files are opened (no /vsi path, no URL), drivers that follow references
+/// to elsewhere (VRT, WMS, STAC, ...) are off, and GDAL and PROJ stay off the network.
+///
+/// Memory: decoded blocks of 256 x 256 samples are kept up to 64 MiB a file, whatever the raster's size, besides GDAL's
+/// own block cache, which all files share (held to 256 MiB unless GDAL_CACHEMAX says otherwise).
+///
+/// A sample depends on the direction and the footprint alone, never on the other samples of a call, to the last bit.
+///
+/// Places. A direction's latitude and longitude are taken to the file's spatial reference: on Earth with PROJ's best
+/// transformation from WGS 84 for the raster's area, on other bodies as they are. Longitudes are taken modulo 360
+/// degrees to where the raster lies. A raster without a spatial reference whose extent fits degrees is taken as
+/// longitude and latitude. A pixel has data over its full area (clamped in the outer half pixel). A raster that runs
+/// all around in longitude continues across its seam, and across a pole that it reaches, on the other side.
+///
+/// NODATA of elevation: NaN, infinities, the band's NODATA value, a mask or an alpha of 0, and heights that the body
+/// cannot have (a void without its tag: Earth beyond -12000..9000 m, Mars and Moon beyond -15000..30000 m, others
+/// beyond their radius); the last with a warning. Heights are value * scale + offset in the band's unit (metres or
+/// feet, survey feet, kilometres, centimetres); an offset that is the body's radius (PDS) is taken off again.
+///
+/// Colour: the bands marked red, green and blue; else a palette; else grey; else the first three bands of three or
+/// more, else the first. Coverage: alpha band, else mask; else 0 where all colour bands hold their NODATA value. Bytes
+/// are sRGB. Wider types are scaled linearly to 0..255: from 0 to the largest value of the stated bits (NBITS) or of a
+/// PNG, else from the 0.5th to the 99.5th percentile of a sparse sample of all colour bands together (a warning says
+/// which values).
+class RasterFile {
+ public:
+  /// Failures name the file: notFound, unsupported (no georeference, no such driver, ...), corrupt, invalidArgument.
+  static io::Result<RasterFile> open(const std::string& path, Kind kind, const RasterOptions& options = {});
+  RasterFile(RasterFile&&) noexcept;
+  RasterFile& operator=(RasterFile&&) noexcept;
+  ~RasterFile();
+
+  const RasterInfo& info() const;
+
+  /// Conservative: false only when no place of the tile, its edges included, lies in the raster.
+  bool mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id) const;
+
+  /// Heights in metres, one for each direction; out (of the same size) is written only where there is data.
+  /// footprint 0: bilinear between the four nearest samples; NODATA when the nearest is NODATA, else over those of the
+  /// four that have data. Else: the mean over a square of that angular side (at least a pixel), of the pixels weighted
+  /// with the area of theirs inside; NODATA when less than half of the square has data. Overviews are used when the
+  /// square is wide. Fails when the file cannot be read on; out is then partly written.
+  io::Result<void> sampleHeights(std::span<const geo::Direction> directions, geo::Angle footprint,
+                                 std::span<float> out);
+
+  /// Colours, by the same rules in linear light and weighted with coverage; the result is laid over what out holds. The
+  /// coverage of a mean is the share of the square that is covered.
+  io::Result<void> sampleColours(std::span<const geo::Direction> directions, geo::Angle footprint,
+                                 std::span<Rgba8> out);
+
+ private:
+  struct State;
+  explicit RasterFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tellurion::raster
