@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "geo/body.h"
+#include "io/failure.h"
+#include "raster/tile.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::pyramid {
+
+struct BuildOptions {
+  std::filesystem::path output;     ///< work is done in OUTPUT.part, renamed at the end
+  std::vector<std::string> inputs;  ///< rasters, bottom first: later ones lie over earlier ones
+  raster::Kind kind = raster::Kind::elevation;
+  tiling::Scheme scheme = tiling::Scheme::cube;
+  std::optional<geo::Body> body;   ///< left out: what the inputs say, which must agree
+  std::optional<int> maxLevel;     ///< no tile deeper than this; what is finer is averaged
+  std::optional<double> nodata;    ///< overrides the NODATA value of every input
+  int jobs = 0;                    ///< worker threads; 0: one for each core
+  bool append = false;             ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
+};
+
+/// How far a build is. The total is an estimate unless `totalIsExact`.
+struct BuildProgress {
+  int level = 0;           ///< the one that is being made; deepest first
+  std::uint64_t done = 0;  ///< tiles made, those of an interrupted run included
+  std::uint64_t total = 0;
+  std::uint64_t doneBefore = 0;  ///< of `done`, those made by an interrupted run
+};
+/// Called on the thread that called buildPyramid, at most some ten times a second.
+using ProgressSink = std::function<void(const BuildProgress&)>;
+
+struct BuildReport {
+  std::uint64_t tiles = 0;     ///< in the finished database
+  std::uint64_t bytes = 0;     ///< its file size
+  int maxLevel = 0;            ///< the deepest level that holds a tile
+  bool alreadyComplete = false;  ///< the same build had been finished before; nothing was done
+  bool resumed = false;          ///< went on where an interrupted run was
+  std::vector<std::string> warnings;
+};
+
+/// Builds or extends a tile database. All cores work; memory is bounded whatever the size of the inputs. The result is the
+/// same, byte for byte, whatever the number of threads and however often the build was killed and started again. A stop
+/// asked for through `stop` gives Failure::Code::cancelled; the same call then goes on where it was.
+io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress = {},
+                                     std::stop_token stop = {});
+
+}  // namespace tellurion::pyramid
