@@ -35,8 +35,8 @@ class Ellipsoid {
   /// ray in units of its direction, >= 0; nothing when it misses. A ray from inside gives its way out.
   std::optional<double> intersect(const Ray& ray, double height_m = 0.0) const;
 
-  /// Whether the point `target` is hidden from `eye` behind the ellipsoid shrunk by `depth_m` on both axes. Conservative:
-  /// true only when it is hidden.
+  /// Whether the point `target` is hidden from `eye` behind the ellipsoid shrunk by `depth_m` on both axes.
+  /// Conservative: true only when it is hidden.
   bool isBelowHorizon(const BodyPosition& eye, const BodyPosition& target, double depth_m = 0.0) const;
 
   /// Distance in metres from a point height_m above the equator-sized sphere to its horizon: sqrt(2 a h + h^2).

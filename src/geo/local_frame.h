@@ -8,7 +8,7 @@ namespace tellurion::geo {
 /// has there, so a path that ends at the pole along a meridian keeps its axes.
 struct LocalFrame {
   BodyPosition origin;
-  Vec3 east;   ///< unit vectors in the body frame, right-handed: east x north = up
+  Vec3 east;  ///< unit vectors in the body frame, right-handed: east x north = up
   Vec3 north;
   Vec3 up;
 
