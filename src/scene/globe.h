@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "io/failure.h"
+#include "raster/tile_source.h"
+#include "scene/frame.h"
+#include "scene/scene_file.h"
+#include "scene/select.h"
+
+namespace tellurion::scene {
+
+struct GlobeOptions {
+  int workers = 0;  ///< 0: one for each core but one, at least one
+  std::uint64_t cpuCacheBytes = std::uint64_t{256}
+                                << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
+};
+
+/// Told while rasters of a scene are built into tile databases: what is being built, and how much of it is done (0..1).
+using BuildSink = std::function<void(std::string_view what, double share)>;
+
+/// The sources of a scene, opened: what Globe draws from. Elevation and imagery, bottom first, all of the scene's
+/// tiling and body.
+struct GlobeLayers {
+  struct Imagery {
+    std::shared_ptr<const raster::TileSource> source;
+    double opacity = 1.0;
+    bool nightLights = false;
+  };
+  std::vector<std::shared_ptr<const raster::TileSource>> elevation;
+  std::vector<Imagery> imagery;
+};
+
+/// A planet on screen: keeps the tiles that the view needs, loaded by workers, and says for each view exactly what to
+/// draw. One thread only; owns its workers, and its destruction waits for what they have begun.
+class Globe {
+ public:
+  /// Opens the scene's sources; rasters are built into tile databases in the cache folder first
+  /// ($XDG_CACHE_HOME/tellurion, else
+  /// ~/.cache/tellurion), which `progress` is told about.
+  static io::Result<std::unique_ptr<Globe>> open(const Scene& scene, const GlobeOptions& options = {},
+                                                 const BuildSink& progress = {});
+  /// From sources that are open already (tests, examples). The scene's own lists of layers are not looked at.
+  static io::Result<std::unique_ptr<Globe>> fromLayers(const Scene& scene, GlobeLayers layers,
+                                                       const GlobeOptions& options = {});
+  ~Globe();
+  Globe(const Globe&) = delete;
+  Globe& operator=(const Globe&) = delete;
+
+  const geo::Body& body() const;
+  Lighting& lighting();  ///< may be changed at any time; counts from the next update
+  std::array<float, 3>& background();
+
+  /// What to draw for this view out of what is loaded, whole at any time; asks the workers for what is missing. Never
+  /// blocks. The frame stays valid, and its meshes and pictures alive, until the next call.
+  const Frame& update(const View& view, const CutOptions& options = {});
+
+  /// Sleeps until something that was asked for has arrived since the last update, at most for `timeout`. False: nothing
+  /// has, or nothing is on its way.
+  bool waitForArrivals(std::chrono::milliseconds timeout);
+
+  /// Height in metres above the ellipsoid of the finest loaded ground there, bilinear between its samples (0 where
+  /// there are no data); nothing when not even the root tile is loaded.
+  std::optional<double> groundHeight_m(const geo::Direction& d) const;
+
+  /// What could not be loaded since the globe was opened, each once. The ground is drawn from coarser data there.
+  const std::vector<io::Failure>& failures() const;
+
+ private:
+  struct State;
+  explicit Globe(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tellurion::scene

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geo/body.h"
+#include "geo/geodetic.h"
+#include "io/failure.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::scene {
+
+/// Heights: metres above the body's ellipsoid. Later layers lie over earlier ones where they have data.
+struct ElevationLayer {
+  std::string source;  ///< path of a tile database or a raster, as it can be opened from the working directory
+};
+
+/// Colours, or the lights of the night. Later layers lie over earlier ones.
+struct ImageryLayer {
+  std::string source;
+  double opacity = 1.0;      ///< 0..1, multiplies the coverage
+  bool nightLights = false;  ///< shown where the sun is below the horizon, added to the ground; its brightness counts
+};
+
+/// Where the light comes from. The default lights relief from one side whatever the view.
+struct Lighting {
+  enum class Sun {
+    withCamera,  ///< behind the eye, to the left and above: fixed to the camera's axes
+    fixed,       ///< stands in the zenith of `subsolar`, infinitely far away
+  };
+  bool enabled = true;  ///< false: colours as they are, no shading
+  Sun sun = Sun::withCamera;
+  geo::Direction subsolar{{1.0, 0.0, 0.0}};
+  double ambient = 0.03;  ///< 0..1, share of full light, linear, where the sun does not reach
+};
+
+/// What a scene file says (docs/scene-file.md). Plain data; nothing has been opened yet but the files' names are known
+/// to exist.
+struct Scene {
+  std::string name;  ///< for titles and messages: what the scene was opened with
+  geo::Body body = geo::earth();
+  tiling::Scheme tiling = tiling::Scheme::cube;
+  std::vector<ElevationLayer> elevation;  ///< bottom first
+  std::vector<ImageryLayer> imagery;      ///< bottom first
+  Lighting lighting;
+  std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
+};
+
+/// Reads a scene from what people hand in: a scene file (.toml), a tile database (.tdb), a raster that GDAL reads, or
+/// several of the last two joined by commas, bottom first. Fails on unknown keys, wrong types and values (where:
+/// file:line:column, the message says what is allowed), on files that are not there, and on databases that do not agree
+/// on body and tiling.
+io::Result<Scene> openScene(std::string_view argument);
+
+/// The text of a scene file; `path` names it in failures and is what relative sources are relative to.
+io::Result<Scene> parseScene(std::string_view text, const std::string& path);
+
+}  // namespace tellurion::scene

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "geo/ellipsoid.h"
+#include "scene/camera.h"
+#include "scene/oriented_box.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::scene {
+
+struct CutOptions {
+  double tolerance_px = 1.0;  ///< geometric error on screen that needs no refinement, > 0
+  int maxTiles = 2000;        ///< leaves of the cut, drawn or culled; the worst are refined first
+};
+
+/// What the cut knows of a tile, loaded or not.
+struct TileFacts {
+  bool drawable = false;  ///< loaded, with all that is needed to draw it
+  OrientedBox box;        ///< holds its ground and that of every tile below it
+  /// The largest distance in space between the ground as drawn from this tile and the finest ground there is, curvature
+  /// and mesh tolerance included; 0 when no refinement makes it better. Known once it is drawable.
+  double error_m = 0.0;
+  /// The side of one texel on the ground when there are finer pictures below, else 0.
+  double texel_m = 0.0;
+};
+
+/// Where select() finds its facts.
+class TileTree {
+ public:
+  virtual ~TileTree() = default;
+  /// Called for roots and for children of drawable tiles only. Never null. Pointers stay valid while select() runs.
+  virtual const TileFacts* facts(const tiling::TileId& id) = 0;
+};
+
+struct SelectedTile {
+  tiling::TileId id;
+  std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
+};
+
+struct WantedTile {
+  tiling::TileId id;
+  double priority = 0.0;  ///< screen error in pixels of what is drawn instead; larger is more urgent
+};
+
+/// A cut through the forest: drawn are its leaves that may be seen.
+struct Selection {
+  std::vector<SelectedTile> drawn;
+  std::vector<WantedTile> wanted;     ///< not loaded yet, each once, most urgent first
+  std::vector<tiling::TileId> inner;  ///< ancestors of the leaves, roots first
+  int visited = 0;
+  int culledFrustum = 0;
+  int culledHorizon = 0;
+  bool cappedByBudget = false;     ///< maxTiles left something coarser than the tolerance
+  double maxScreenError_px = 0.0;  ///< of what is drawn
+};
+
+/// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
+/// while
+///  - its error as an angle from the eye is larger than the tolerance, or
+///  - its texels are larger than a pixel and there are finer ones,
+/// both taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
+/// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
+/// edges (forced splits, across roots too). A pure function of its arguments, `tree` included: nothing remembered.
+/// occluderDepth_m: how far below the ellipsoid the deepest ground of the body lies, >= 0 (horizon culling hides
+/// nothing behind ground that may not be there).
+Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
+                 const CutOptions& options, double occluderDepth_m, TileTree& tree);
+
+/// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
+/// as that.
+double pixelsAcross(double length_m, double distance_m, double pixelAngle);
+
+}  // namespace tellurion::scene

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <memory>
+
+#include "geo/ellipsoid.h"
+#include "scene/frame.h"
+#include "scene/oriented_box.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::scene {
+
+/// The share of a level's mean sample spacing that a mesh may miss at a vertex that it leaves out.
+inline constexpr double kMeshToleranceShare = 0.2;
+
+/// Metres; of the level alone, so that two tiles of a level always agree on what to keep (docs/selection.md).
+double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
+/// Vertex positions of a level lie on the grid of multiples of this in body coordinates: a power of two, about 2^-16 of
+/// a sample's spacing, so that both sides of an edge have the same vertices to the last bit and float offsets are
+/// exact.
+double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
+
+/// The heights of a tile as its mesh needs them: (cells + 3)^2 with a gutter as in raster::ElevationTile, metres, all
+/// finite; the samples on the tile's edges must be those that the tiles next to it have there. cells is a power of
+/// two, 4..128.
+using GroundSamples = raster::Raster<float>;
+
+struct MadeMesh {
+  std::shared_ptr<const TerrainMesh> mesh;
+  OrientedBox box;       ///< holds every sample of the tile and every triangle
+  double error_m = 0.0;  ///< the largest distance in space between a sample's point and the drawn ground at the same
+                         ///< (s, t), whichever edge variants are drawn, plus the sagitta of a cell
+};
+
+/// Makes a tile's triangles by right-triangle bisection: a sample is a vertex when leaving it out would move the ground
+/// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
+/// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
+/// tolerance: what a neighbour one level coarser has there. Thread-safe, pure but for the serial.
+MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
+                         const GroundSamples& heights);
+
+/// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
+/// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the
+/// triangle of the three samples next to it; on the poles of the geographic tiling, where a row of samples is one
+/// place, it is the ellipsoid's own.
+std::shared_ptr<const TextureImage> makeRelief(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
+                                               const tiling::TileId& id, const GroundSamples& heights);
+
+/// A number that no other mesh or texture of the process has.
+std::uint64_t nextSerial();
+
+}  // namespace tellurion::scene
