@@ -1,1 +1,188 @@
-// replaced
+#include "tiling/tiling.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "tiling/schemes.h"
+
+namespace tellurion::tiling {
+
+namespace {
+
+constexpr std::array<std::string_view, 3> kNames{"geographic", "cube", "healpix"};
+constexpr double kPad = 2e-15;  // radians by which caps are wider than measured, against rounding
+
+std::uint32_t tileCoordinate(double unit, int level) {
+  const double tiles = std::ldexp(1.0, level);
+  const double at = unit * tiles;
+  return at > 0.0 ? static_cast<std::uint32_t>(std::min(at, tiles - 1.0)) : 0u;  // NaN too is 0
+}
+
+// The bits of x at the even places of the result.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | (x << 16u)) & 0x0000FFFF0000FFFFu;
+  x = (x | (x << 8u)) & 0x00FF00FF00FF00FFu;
+  x = (x | (x << 4u)) & 0x0F0F0F0F0F0F0F0Fu;
+  x = (x | (x << 2u)) & 0x3333333333333333u;
+  return (x | (x << 1u)) & 0x5555555555555555u;
+}
+
+std::uint32_t gathered(std::uint64_t x) {
+  x &= 0x5555555555555555u;
+  x = (x | (x >> 1u)) & 0x3333333333333333u;
+  x = (x | (x >> 2u)) & 0x0F0F0F0F0F0F0F0Fu;
+  x = (x | (x >> 4u)) & 0x00FF00FF00FF00FFu;
+  x = (x | (x >> 8u)) & 0x0000FFFF0000FFFFu;
+  return static_cast<std::uint32_t>(x | (x >> 16u));
+}
+
+}  // namespace
+
+TileId TileId::child(int quadrant) const {
+  assert(quadrant >= 0 && quadrant < 4 && level < kMaxLevel);
+  const auto q = static_cast<std::uint32_t>(quadrant);
+  return {static_cast<std::uint8_t>(level + 1), root, 2 * x + (q & 1u), 2 * y + (q >> 1u)};
+}
+
+TileId TileId::ancestor(int ancestorLevel) const {
+  assert(ancestorLevel >= 0 && ancestorLevel <= level);
+  const int up = level - ancestorLevel;
+  return {static_cast<std::uint8_t>(ancestorLevel), root, x >> up, y >> up};
+}
+
+bool TileId::isDescendantOf(const TileId& a) const {
+  return level >= a.level && ancestor(a.level) == a;
+}
+
+std::size_t TileIdHash::operator()(const TileId& id) const noexcept {
+  std::uint64_t h =
+      (std::uint64_t{id.level} << 58u) ^ (std::uint64_t{id.root} << 54u) ^ spread(id.x) ^ (spread(id.y) << 1u);
+  h = (h ^ (h >> 32u)) * 0x9E3779B97F4A7C15u;
+  return static_cast<std::size_t>(h ^ (h >> 29u));
+}
+
+std::optional<Scheme> schemeByName(std::string_view name) {
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Scheme>(found - kNames.begin());
+}
+
+std::string_view nameOf(Scheme scheme) {
+  return kNames[static_cast<std::size_t>(scheme)];
+}
+
+int Tiling::rootCount() const {
+  switch (scheme_) {
+    case Scheme::geographic:
+      return geographic::kRoots;
+    case Scheme::cube:
+      return cube::kRoots;
+    case Scheme::healpix:
+      break;
+  }
+  return healpix::kRoots;
+}
+
+geo::Direction Tiling::direction(const RootPoint& p) const {
+  switch (scheme_) {
+    case Scheme::geographic:
+      return geographic::direction(p);
+    case Scheme::cube:
+      return cube::direction(p);
+    case Scheme::healpix:
+      break;
+  }
+  return healpix::direction(p);
+}
+
+RootPoint Tiling::rootPoint(const geo::Direction& d) const {
+  switch (scheme_) {
+    case Scheme::geographic:
+      return geographic::rootPoint(d);
+    case Scheme::cube:
+      return cube::rootPoint(d);
+    case Scheme::healpix:
+      break;
+  }
+  return healpix::rootPoint(d);
+}
+
+TileId Tiling::tileAt(const geo::Direction& d, int level) const {
+  assert(level >= 0 && level <= kMaxLevel);
+  const RootPoint p = rootPoint(d);
+  return {static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(p.root), tileCoordinate(p.u, level),
+          tileCoordinate(p.v, level)};
+}
+
+geo::GeoRect Tiling::bounds(const TileId& id) const {
+  switch (scheme_) {
+    case Scheme::geographic:
+      return geographic::bounds(id);
+    case Scheme::cube:
+      return cube::bounds(id);
+    case Scheme::healpix:
+      break;
+  }
+  return healpix::bounds(id);
+}
+
+Cap Tiling::cap(const TileId& id) const {
+  Cap cap{direction(rootPointIn(id, 0.5, 0.5)), {}};
+  for (const double s : {0.0, 1.0}) {
+    for (const double t : {0.0, 1.0}) {
+      cap.radius = std::max(cap.radius, geo::angleBetween(cap.centre, direction(rootPointIn(id, s, t))));
+    }
+  }
+  cap.radius = cap.radius + geo::Angle::radians(kPad);
+  return cap;
+}
+
+LevelMetrics Tiling::metrics(int level) const {
+  assert(level >= 0 && level <= kMaxLevel);
+  Scale scale{};
+  switch (scheme_) {
+    case Scheme::geographic:
+      scale = geographic::scale(level);
+      break;
+    case Scheme::cube:
+      scale = cube::scale();
+      break;
+    case Scheme::healpix:
+      scale = healpix::scale();
+      break;
+  }
+  const double size = tileSize(level);
+  return {.smallestEdge = geo::Angle::radians(scale.smallest * size),
+          .meanEdge = geo::Angle::radians(std::sqrt(4.0 * geo::kPi / rootCount()) * size),
+          .largestEdge = geo::Angle::radians(scale.largest * size)};
+}
+
+double Tiling::area(const TileId& id) const {
+  switch (scheme_) {
+    case Scheme::geographic:
+      return geographic::area(id);
+    case Scheme::cube:
+      return cube::area(id);
+    case Scheme::healpix:
+      break;
+  }
+  return healpix::area(id);
+}
+
+// HEALPix counts ix from the south corner to the east corner and iy from the south corner to the west corner: against y
+// and x.
+std::uint64_t healpixNested(const TileId& id) {
+  const std::uint32_t last = (std::uint32_t{1} << id.level) - 1u;
+  return (std::uint64_t{id.root} << (2u * id.level)) | spread(last - id.y) | (spread(last - id.x) << 1u);
+}
+
+TileId tileFromHealpixNested(int order, std::uint64_t pixel) {
+  assert(order >= 0 && order <= kMaxLevel && (pixel >> (2 * order)) < healpix::kRoots);
+  const std::uint32_t last = (std::uint32_t{1} << order) - 1u;
+  const std::uint64_t inRoot = pixel & ((std::uint64_t{1} << (2 * order)) - 1u);
+  return {static_cast<std::uint8_t>(order), static_cast<std::uint8_t>(pixel >> (2 * order)),
+          last - gathered(inRoot >> 1u), last - gathered(inRoot)};
+}
+
+}  // namespace tellurion::tiling

@@ -14,8 +14,8 @@ namespace tellurion::tiling {
 /// The deepest level: a tile coordinate then fits 29 bits and a root's sample coordinates are exact in a double.
 inline constexpr int kMaxLevel = 29;
 
-/// One square of the forest. Level 0 is a root. x counts columns to the right, y rows downwards, from 0 to 2^level - 1, as
-/// seen from outside the body with the root's top edge up.
+/// One square of the forest. Level 0 is a root. x counts columns to the right, y rows downwards, from 0 to 2^level - 1,
+/// as seen from outside the body with the root's top edge up.
 struct TileId {
   std::uint8_t level = 0;
   std::uint8_t root = 0;
@@ -51,7 +51,8 @@ inline constexpr std::array kCorners{Corner::topLeft, Corner::topRight, Corner::
 struct EdgeNeighbour {
   TileId tile;
   Edge edge = Edge::top;  ///< the neighbour's edge that is shared
-  bool reversed = false;  ///< the two run along the shared edge in opposite senses (top and bottom run with u, left and right with v)
+  bool reversed = false;  ///< the two run along the shared edge in opposite senses (top and bottom run with u, left and
+                          ///< right with v)
 };
 
 /// Angles on the unit sphere of directions.
@@ -85,13 +86,14 @@ class Tiling {
   RootPoint rootPoint(const geo::Direction& d) const;
   TileId tileAt(const geo::Direction& d, int level) const;
 
-  /// Brings a point that lies across one edge of its root (u or v outside [0, 1] by less than 1, not both) to the root where
-  /// it really is, exactly for dyadic coordinates. Points inside come back as they are. Nothing when both are outside and no
-  /// single root owns the place (around corners where three roots meet).
+  /// Brings a point that lies across one edge of its root (u or v outside [0, 1] by less than 1, not both) to the root
+  /// where it really is, exactly for dyadic coordinates. Points inside come back as they are. Nothing when both are
+  /// outside and no single root owns the place (around corners where three roots meet).
   std::optional<RootPoint> wrapped(const RootPoint& p) const;
 
   EdgeNeighbour edgeNeighbour(const TileId& id, Edge edge) const;
-  /// The tiles of the same level that touch a corner of `id`, without `id` itself and without its two edge neighbours there.
+  /// The tiles of the same level that touch a corner of `id`, without `id` itself and without its two edge neighbours
+  /// there.
   std::vector<TileId> cornerNeighbours(const TileId& id, Corner corner) const;
 
   geo::GeoRect bounds(const TileId& id) const;  ///< holds the tile; tight to 1e-9 degrees where no pole is inside
@@ -105,7 +107,9 @@ class Tiling {
   Scheme scheme_;
 };
 
-inline double tileSize(int level) { return 1.0 / static_cast<double>(std::uint64_t{1} << level); }  ///< in u and v
+inline double tileSize(int level) {
+  return 1.0 / static_cast<double>(std::uint64_t{1} << level);
+}  ///< in u and v
 /// Place of a tile-local coordinate (s, t in [0, 1], t down) on its root.
 inline RootPoint rootPointIn(const TileId& id, double s, double t) {
   const double size = tileSize(id.level);

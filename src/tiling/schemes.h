@@ -1,0 +1,70 @@
+#pragma once
+
+// Inside the room: what each scheme brings to the one interface. Everything that can be said once for all three (tiles
+// at a place, neighbours, wrapping, caps) is said in tiling.cpp and neighbours.cpp over these and the tables of root
+// links.
+
+#include <array>
+#include <span>
+
+#include "tiling/tiling.h"
+
+namespace tellurion::tiling {
+
+/// What lies across an edge of a root. A place at `along` (u for top and bottom, v for left and right) on the edge lies
+/// at `along`, or 1 - `along` when reversed, on the other root's edge; what lies d beyond it lies d inside the other
+/// root.
+struct RootLink {
+  std::uint8_t root;
+  Edge edge;
+  bool reversed;
+};
+using RootLinks = std::array<RootLink, 4>;  ///< indexed by Edge
+
+/// Lengths on the unit sphere that a unit step of u or of v covers, anywhere on a root.
+struct Scale {
+  double smallest;
+  double largest;
+};
+
+/// A tile's square on its root, exact.
+struct Square {
+  double u0, v0, u1, v1;
+};
+inline Square squareOf(const TileId& id) {
+  const RootPoint a = rootPointIn(id, 0.0, 0.0);
+  const RootPoint b = rootPointIn(id, 1.0, 1.0);
+  return {a.u, a.v, b.u, b.v};
+}
+
+namespace geographic {
+inline constexpr int kRoots = 2;
+std::span<const RootLinks> links();
+geo::Direction direction(const RootPoint& p);
+RootPoint rootPoint(const geo::Direction& d);
+geo::GeoRect bounds(const TileId& id);
+double area(const TileId& id);
+Scale scale(int level);  ///< of tile edges, the poles' edges of no length left out
+}  // namespace geographic
+
+namespace cube {
+inline constexpr int kRoots = 6;
+std::span<const RootLinks> links();
+geo::Direction direction(const RootPoint& p);
+RootPoint rootPoint(const geo::Direction& d);
+geo::GeoRect bounds(const TileId& id);
+double area(const TileId& id);
+Scale scale();
+}  // namespace cube
+
+namespace healpix {
+inline constexpr int kRoots = 12;
+std::span<const RootLinks> links();
+geo::Direction direction(const RootPoint& p);
+RootPoint rootPoint(const geo::Direction& d);
+geo::GeoRect bounds(const TileId& id);
+double area(const TileId& id);
+Scale scale();
+}  // namespace healpix
+
+}  // namespace tellurion::tiling
