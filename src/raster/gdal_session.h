@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/failure.h"
+#include "raster/raster.h"
+
+class GDALDataset;
+
+/// The rules under which this room uses GDAL: quiet, local, bounded. No other room sees GDAL.
+namespace tellurion::raster {
+
+/// While it lives, GDAL's messages on this thread are collected instead of printed. One thread only.
+class GdalMessages {
+ public:
+  GdalMessages();
+  ~GdalMessages();
+  GdalMessages(const GdalMessages&) = delete;
+  GdalMessages& operator=(const GdalMessages&) = delete;
+
+  /// A failure with GDAL's last error message in brackets, if there was one.
+  io::Failure failure(io::Failure::Code code, std::string what, std::string where) const;
+  bool failed() const { return !lastError_.empty(); }
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  static void collect(int severity, int number, const char* text);
+  std::string lastError_;
+  std::vector<std::string> warnings_;
+};
+
+/// Closing may complain, so a dataset ends under a GdalMessages too.
+struct CloseDataset {
+  void operator()(GDALDataset* dataset) const;
+};
+using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
+
+/// Opens a plain local file for reading: no /vsi path, no URL, no driver that follows references to elsewhere.
+io::Result<DatasetPtr> gdalOpen(const std::string& path);
+
+/// A float32 TIFF of one band without georeference; NaN is its NODATA value.
+io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values);
+
+}  // namespace tellurion::raster
