@@ -1,1 +1,294 @@
-// replaced
+#include "render/renderer.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+#include "render/context.h"
+#include "render/shader.h"
+#include "render/shader_texts.h"
+#include "render/terrain_pass.h"
+
+namespace tellurion::render {
+namespace {
+
+constexpr GLuint kRecordBinding = 1;
+constexpr std::uint64_t kSixteenth = 16;
+constexpr std::uint64_t kMeshShare = 6;
+constexpr std::uint64_t kColourShare = 9;
+constexpr std::uint64_t kReliefShare = 1;
+
+/// std140, as frame_block.glsl declares it.
+struct FrameBlock {
+  geo::Mat4f viewFromBody;
+  geo::Vec4f projection;
+  geo::Vec4f eyeRemainder;
+  geo::Vec4f toSun_body;
+  geo::Vec4f lightSwitch;
+};
+static_assert(sizeof(FrameBlock) == 128);
+
+FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
+  const scene::View& view = frame.view;
+  const double yScale = 1.0 / std::tan(view.verticalFov.radians() / 2.0);
+  const double xScale = yScale * view.viewport.height / view.viewport.width;
+  const geo::Vec3 toSun = frame.light.toSun_body;
+  return {.viewFromBody = geo::Mat4f(geo::Mat3f(view.viewFromBody)),
+          .projection = {static_cast<float>(xScale), static_cast<float>(yScale), kNearPlane_m, 0.0f},
+          .eyeRemainder = geo::Vec4f(eye.remainder, 0.0f),
+          .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
+          .lightSwitch = {frame.light.enabled ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f}};
+}
+
+/// sRGB to linear light (IEC 61966-2-1).
+float linearFromSrgb(float s) {
+  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+
+Buffer emptyBuffer() {
+  GLuint name = 0;
+  glCreateBuffers(1, &name);
+  return Buffer(name);
+}
+
+/// Replaces a buffer's content; the driver keeps the old one for draws that are still under way.
+template <class T>
+void stream(const Buffer& buffer, const T* values, std::size_t count) {
+  glNamedBufferData(buffer.name(), static_cast<GLsizeiptr>(count * sizeof(T)), values, GL_STREAM_DRAW);
+}
+
+void describeRecords(GLuint vao, GLuint buffer) {
+  struct Field {
+    GLuint attribute;
+    GLint components;
+    std::size_t offset;
+  };
+  constexpr std::array kFields{
+      Field{3, 3, offsetof(TileRecord, originCoarse_rte)}, Field{4, 3, offsetof(TileRecord, originFine_rte)},
+      Field{5, 4, offsetof(TileRecord, colourWindow)}, Field{6, 4, offsetof(TileRecord, reliefWindow)},
+      Field{7, 4, offsetof(TileRecord, plain)}};
+  constexpr GLuint kLayers = 8;
+  for (const Field& field : kFields) {
+    glEnableVertexArrayAttrib(vao, field.attribute);
+    glVertexArrayAttribFormat(vao, field.attribute, field.components, GL_FLOAT, GL_FALSE,
+                              static_cast<GLuint>(field.offset));
+    glVertexArrayAttribBinding(vao, field.attribute, kRecordBinding);
+  }
+  glEnableVertexArrayAttrib(vao, kLayers);
+  glVertexArrayAttribIFormat(vao, kLayers, 2, GL_INT, offsetof(TileRecord, colourLayer));
+  glVertexArrayAttribBinding(vao, kLayers, kRecordBinding);
+  glVertexArrayBindingDivisor(vao, kRecordBinding, 1);
+  glVertexArrayVertexBuffer(vao, kRecordBinding, buffer, 0, sizeof(TileRecord));
+}
+
+void clear(const scene::Frame& frame, GLuint framebuffer) {
+  const std::array<GLfloat, 4> colour{linearFromSrgb(frame.background[0]), linearFromSrgb(frame.background[1]),
+                                      linearFromSrgb(frame.background[2]), 1.0f};
+  const GLfloat infinity = 0.0f;
+  glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, colour.data());
+  glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &infinity);
+}
+
+void setState(const RenderTarget& target) {
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer());
+  glViewport(0, 0, target.size().width, target.size().height);
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glEnable(GL_FRAMEBUFFER_SRGB);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_BACK);
+  glFrontFace(GL_CCW);
+  glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+  for (const GLenum off : std::array<GLenum, 4>{GL_BLEND, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_PRIMITIVE_RESTART})
+    glDisable(off);
+}
+
+double millisecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A tile in the order of drawing: by texture blocks, then from near to far.
+struct Turn {
+  std::uint32_t colourBlock = 0;
+  std::uint32_t reliefBlock = 0;
+  float distance = 0.0f;
+  std::uint32_t tile = 0;
+
+  bool sameTextures(const Turn& o) const { return colourBlock == o.colourBlock && reliefBlock == o.reliefBlock; }
+  bool operator<(const Turn& o) const {
+    return std::tie(colourBlock, reliefBlock, distance, tile) <
+           std::tie(o.colourBlock, o.reliefBlock, o.distance, o.tile);
+  }
+};
+
+}  // namespace
+
+struct Renderer::Parts {
+  explicit Parts(Program terrainProgram, std::uint64_t budget);
+
+  void makeResident(const scene::Frame& frame, RenderStatistics& statistics);
+  void orderTiles();
+  void writeCommands(const SnappedEye& eye, RenderStatistics& statistics);
+  void drawGroups(RenderStatistics& statistics);
+  GLuint textureOf(const TexturePool& pool, std::uint32_t block) const;
+
+  Program program;
+  GeometryArena geometry;
+  TexturePool colours;
+  TexturePool reliefs;
+  Texture noTexture;  // one white texel, where no block exists yet
+  Buffer frameBlock;
+  Buffer recordBuffer;
+  Buffer commandBuffer;
+  std::uint64_t frameNumber = 0;
+  // Kept from frame to frame only for their memory:
+  std::vector<ResidentTile> tiles;
+  std::vector<Turn> turns;
+  std::vector<TileRecord> records;
+  std::vector<DrawCommand> commands;
+  struct Group {
+    Turn textures;
+    std::size_t firstCommand = 0;
+    std::size_t count = 0;
+  };
+  std::vector<Group> groups;
+};
+
+Renderer::Parts::Parts(Program terrainProgram, std::uint64_t budget)
+    : program(std::move(terrainProgram)),
+      geometry(budget / kSixteenth * kMeshShare),
+      colours(budget / kSixteenth * kColourShare, true),
+      reliefs(budget / kSixteenth * kReliefShare, false),
+      noTexture(makeTextureArray({.width = 1, .height = 1, .mips = 1, .srgb = false}, 1)),
+      frameBlock(emptyBuffer()),
+      recordBuffer(emptyBuffer()),
+      commandBuffer(emptyBuffer()) {
+  describeRecords(geometry.vertexArray(), recordBuffer.name());
+}
+
+// What is here already is touched before anything is copied, so that no copy drives out what this frame needs.
+void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& statistics) {
+  ++frameNumber;
+  tiles.clear();
+  for (const scene::DrawnTile& tile : frame.tiles) {
+    if (tile.mesh == nullptr) continue;
+    tiles.push_back({.tile = &tile,
+                     .mesh = geometry.touch(tile.mesh->serial, frameNumber),
+                     .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
+                     .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
+  }
+  const auto bring = [&](auto& pool, const auto& payload, auto& place) {
+    if (place != nullptr || payload == nullptr) return;
+    place = pool.touch(payload->serial, frameNumber);  // another tile of this frame may have brought it
+    if (place != nullptr) return;
+    place = pool.upload(*payload, frameNumber);
+    statistics.uploads += place != nullptr ? 1 : 0;
+    statistics.tilesWithoutRoom += place == nullptr ? 1 : 0;
+  };
+  for (ResidentTile& tile : tiles) {
+    bring(geometry, tile.tile->mesh, tile.mesh);
+    bring(colours, tile.tile->colour, tile.colour);
+    bring(reliefs, tile.tile->relief, tile.relief);
+  }
+  std::erase_if(tiles, [](const ResidentTile& tile) { return tile.mesh == nullptr; });
+}
+
+void Renderer::Parts::orderTiles() {
+  turns.clear();
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    const geo::Vec3f origin = records[i].originCoarse_rte;
+    turns.push_back({.colourBlock = tiles[i].colour != nullptr ? tiles[i].colour->block : 0,
+                     .reliefBlock = tiles[i].relief != nullptr ? tiles[i].relief->block : 0,
+                     .distance = origin.x * origin.x + origin.y * origin.y + origin.z * origin.z,
+                     .tile = static_cast<std::uint32_t>(i)});
+  }
+  std::sort(turns.begin(), turns.end());
+}
+
+void Renderer::Parts::writeCommands(const SnappedEye& eye, RenderStatistics& statistics) {
+  records.clear();
+  commands.clear();
+  groups.clear();
+  for (const ResidentTile& tile : tiles)
+    records.push_back(recordOf(tile, eye));
+  orderTiles();
+  for (const Turn& turn : turns) {
+    if (groups.empty() || !groups.back().textures.sameTextures(turn)) groups.push_back({turn, commands.size(), 0});
+    appendCommands(tiles[turn.tile], turn.tile, commands);
+    groups.back().count = commands.size() - groups.back().firstCommand;
+  }
+  for (const DrawCommand& command : commands)
+    statistics.triangles += command.count / 3;
+  statistics.tilesDrawn = static_cast<int>(tiles.size());
+}
+
+GLuint Renderer::Parts::textureOf(const TexturePool& pool, std::uint32_t block) const {
+  return block < pool.blockCount() ? pool.texture(block) : noTexture.name();
+}
+
+void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
+  stream(recordBuffer, records.data(), records.size());
+  stream(commandBuffer, commands.data(), commands.size());
+  glUseProgram(program.name());
+  glBindVertexArray(geometry.vertexArray());
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock.name());
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer.name());
+  glBindSampler(0, 0);
+  glBindSampler(1, 0);
+  for (const Group& group : groups) {
+    if (group.count == 0) continue;
+    glBindTextureUnit(0, textureOf(colours, group.textures.colourBlock));
+    glBindTextureUnit(1, textureOf(reliefs, group.textures.reliefBlock));
+    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
+                                reinterpret_cast<const void*>(group.firstCommand * sizeof(DrawCommand)),
+                                static_cast<GLsizei>(group.count), 0);
+    ++statistics.drawCalls;
+  }
+  glBindVertexArray(0);
+}
+
+Renderer::Renderer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+io::Result<Renderer> Renderer::create(const RendererOptions& options) {
+  if (auto usable = checkCurrentContext(); !usable) return tl::unexpected(usable.error());
+  auto program = compileProgram({shaders::frame_block, shaders::terrain_vert},
+                                {shaders::constants, shaders::frame_block, shaders::lighting, shaders::terrain_frag});
+  if (!program) return tl::unexpected(program.error());
+  return Renderer(std::make_unique<Parts>(std::move(*program), options.gpuBudgetBytes));
+}
+
+RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& target) {
+  const auto start = std::chrono::steady_clock::now();
+  RenderStatistics statistics;
+  Parts& p = *parts_;
+  p.makeResident(frame, statistics);
+  statistics.upload_ms = millisecondsSince(start);
+  const auto submitStart = std::chrono::steady_clock::now();
+  const SnappedEye eye = snappedEye(frame.view.eye);
+  const FrameBlock block = blockOf(frame, eye);
+  stream(p.frameBlock, &block, 1);
+  setState(target);
+  clear(frame, target.framebuffer());
+  p.writeCommands(eye, statistics);
+  p.drawGroups(statistics);
+  statistics.gpuBytes = p.geometry.bytes() + p.colours.bytes() + p.reliefs.bytes();
+  statistics.submit_ms = millisecondsSince(submitStart);
+  return statistics;
+}
+
+void finish() {
+  glFinish();
+}
+
+}  // namespace tellurion::render

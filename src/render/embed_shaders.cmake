@@ -1,0 +1,11 @@
+# Writes one C++ file with the text of every shader: cmake -DOUTPUT=FILE -DFOLDER=DIR -DNAMES=a.glsl,b.glsl -P embed_shaders.cmake
+set(text "#include \"render/shader_texts.h\"\n\nnamespace tellurion::render::shaders {\n")
+string(REPLACE "," ";" names "${NAMES}")
+foreach(name IN LISTS names)
+  file(READ "${FOLDER}/${name}" content)
+  string(REPLACE ".glsl" "" variable "${name}")
+  string(REPLACE "." "_" variable "${variable}")
+  string(APPEND text "\nconst std::string_view ${variable} = R\"glsl(${content})glsl\";\n")
+endforeach()
+string(APPEND text "\n}  // namespace tellurion::render::shaders\n")
+file(WRITE "${OUTPUT}" "${text}")

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "io/failure.h"
+
+// OpenGL objects as move-only values: one object, one owner, deleted with it. They may be made, used and destroyed only
+// while their context is current, on the thread where it is. Inside this room only; OpenGL itself is in no header.
+namespace tellurion::render {
+
+/// An object's name and the duty to delete it. A default one holds nothing.
+template <class Kind>
+class GlObject {
+ public:
+  GlObject() = default;
+  explicit GlObject(unsigned int name) : name_(name) {}
+  ~GlObject() { release(); }
+  GlObject(GlObject&& o) noexcept : name_(std::exchange(o.name_, 0u)) {}
+  GlObject& operator=(GlObject&& o) noexcept {
+    if (this != &o) {
+      release();
+      name_ = std::exchange(o.name_, 0u);
+    }
+    return *this;
+  }
+  GlObject(const GlObject&) = delete;
+  GlObject& operator=(const GlObject&) = delete;
+
+  unsigned int name() const { return name_; }
+  explicit operator bool() const { return name_ != 0; }
+
+ private:
+  void release() {
+    if (name_ != 0) Kind::destroy(name_);
+  }
+  unsigned int name_ = 0;
+};
+
+struct BufferKind {
+  static void destroy(unsigned int name);
+};
+struct TextureKind {
+  static void destroy(unsigned int name);
+};
+struct VertexArrayKind {
+  static void destroy(unsigned int name);
+};
+struct FramebufferKind {
+  static void destroy(unsigned int name);
+};
+struct ProgramKind {
+  static void destroy(unsigned int name);
+};
+
+using Buffer = GlObject<BufferKind>;
+using Texture = GlObject<TextureKind>;
+using VertexArray = GlObject<VertexArrayKind>;
+using Framebuffer = GlObject<FramebufferKind>;
+using Program = GlObject<ProgramKind>;
+
+/// A buffer of fixed size whose content is written with glNamedBufferSubData. Empty when memory does not suffice.
+Buffer makeBuffer(std::uint64_t bytes);
+
+/// The fields of a 2D array texture. mips >= 1.
+struct TextureArrayShape {
+  int width = 0;
+  int height = 0;
+  int mips = 1;
+  bool srgb = false;
+
+  std::uint64_t bytesALayer() const;
+  friend bool operator==(const TextureArrayShape&, const TextureArrayShape&) = default;
+};
+/// 8 bits a channel, clamped to its edges, trilinear, and anisotropic where a GPU is. Empty when memory does not
+/// suffice.
+Texture makeTextureArray(const TextureArrayShape& shape, int layers);
+
+/// Whether OpenGL ran out of memory since the last call; other errors are our own mistakes and assert.
+bool ranOutOfMemory();
+
+}  // namespace tellurion::render

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "io/failure.h"
+#include "render/render_target.h"
+#include "scene/frame.h"
+
+namespace tellurion::render {
+
+struct RendererOptions {
+  /// Bytes of GPU memory for meshes and textures. Three eighths go to meshes, nine sixteenths to colour, a sixteenth to
+  /// relief. Textures stay within their share: a tile that finds no room is drawn in its mean colour. Meshes exceed
+  /// theirs rather than leave a hole.
+  std::uint64_t gpuBudgetBytes = 512u << 20u;
+};
+
+struct RenderStatistics {
+  int tilesDrawn = 0;
+  std::int64_t triangles = 0;
+  int drawCalls = 0;
+  int tilesWithoutRoom = 0;    ///< drawn without their texture, or not at all, since memory did not suffice
+  int uploads = 0;             ///< meshes and textures copied to the GPU for this frame
+  std::uint64_t gpuBytes = 0;  ///< held for meshes and textures, used or not
+  double upload_ms = 0.0;      ///< time of the calling thread
+  double submit_ms = 0.0;      ///< the rest of draw(), likewise
+};
+
+/// Draws frames. Keeps on the GPU what the last frames used and copies only what is new; in a steady state draw()
+/// allocates nothing. Move-only; GL thread only: the context that was current in create() is current in every call and
+/// at the end.
+///
+/// A mesh is told apart by its serial, a texture likewise. All terrain goes out in one indirect multi-draw for each
+/// pair of texture blocks in use, which is 1 to 4 (docs/rendering.md). Ranges of a mesh that follow each other in its
+/// index array are one indirect command: interior, then fine edges in order, then coarse edges in order costs one
+/// command for a tile without coarser neighbours.
+class Renderer {
+ public:
+  /// Compiles the shaders. A failure names what the driver lacks.
+  static io::Result<Renderer> create(const RendererOptions& options = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// Clears the target with the frame's background and draws its tiles. The target's size should be the view's
+  /// viewport; when it is not, the picture is stretched. Sets all the OpenGL state that it needs and leaves it so.
+  RenderStatistics draw(const scene::Frame& frame, const RenderTarget& target);
+
+ private:
+  struct Parts;
+  explicit Renderer(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+/// Waits until the GPU has done all that was asked of it: for timings.
+void finish();
+
+}  // namespace tellurion::render

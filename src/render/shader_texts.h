@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string_view>
+
+// The files of shaders/, as the build embeds them (embed_shaders.cmake). A variable is named as its file, dots as
+// underscores.
+namespace tellurion::render::shaders {
+
+extern const std::string_view constants;
+extern const std::string_view frame_block;
+extern const std::string_view lighting;
+extern const std::string_view terrain_vert;
+extern const std::string_view terrain_frag;
+
+}  // namespace tellurion::render::shaders

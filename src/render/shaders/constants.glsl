@@ -1,0 +1,14 @@
+// Constants of the shading, written in what GLSL and C++ have in common: the tests' reference reads this same file.
+
+// Sines of the sun's height. Sunlight fades in from below to above the horizon, as the sun is a disc in an atmosphere.
+const float kSunriseBegins = -0.05f;
+const float kSunriseEnds = 0.05f;
+
+// Night lights are at full strength below the first and gone above the second.
+const float kNightLightsFull = -0.12f;
+const float kNightLightsOut = 0.02f;
+
+// Linear light of a night-lights texel of full strength.
+const float kNightLightRed = 1.0f;
+const float kNightLightGreen = 0.78f;
+const float kNightLightBlue = 0.45f;

@@ -1,0 +1,8 @@
+// What is the same for a whole frame: filled by renderer.cpp (struct FrameBlock).
+layout(std140, binding = 0) uniform FrameBlock {
+  mat4 viewFromBody;   // a rotation
+  vec4 projection;     // x scale, y scale, near plane in metres
+  vec4 eyeRemainder;   // metres from the snapped eye to the eye, body axes
+  vec4 toSun_body;     // w: ambient
+  vec4 lightSwitch;    // x: 1 lit, 0 colours as they are
+};

@@ -1,0 +1,40 @@
+// Vectors carry their frame: _tile is metres from the mesh's origin, _rte metres relative to the eye, both in body axes;
+// _view has x right, y up, z backwards.
+
+layout(location = 0) in vec3 position_tile;
+layout(location = 1) in vec3 up_body;
+layout(location = 2) in vec2 place;  // s, t
+// A value a tile (divisor 1):
+layout(location = 3) in vec3 originCoarse_rte;
+layout(location = 4) in vec3 originFine_rte;
+layout(location = 5) in vec4 colourWindow;  // offset, scale
+layout(location = 6) in vec4 reliefWindow;
+layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
+layout(location = 8) in ivec2 layers;
+
+out vec4 textureCoordinates;  // colour, relief
+out vec3 upInterpolated_body;
+flat out vec4 plainColour;
+flat out ivec2 textureLayers;
+
+// A vertex relative to the snapped eye, correctly rounded to float whatever the tile's origin is, so that two tiles that
+// share a vertex draw it at the same place to the last bit. The origin comes in two floats whose sum is exact; Knuth's
+// two-sum keeps what the first addition loses. `precise` keeps the compiler from "simplifying" that to zero.
+vec3 rteFromTile() {
+  precise vec3 sum = position_tile + originCoarse_rte;
+  precise vec3 part = sum - position_tile;
+  precise vec3 lost = (position_tile - (sum - part)) + (originCoarse_rte - part);
+  precise vec3 rte = sum + (lost + originFine_rte);
+  return rte;
+}
+
+void main() {
+  precise vec3 position_rte = rteFromTile() - eyeRemainder.xyz;
+  vec3 position_view = mat3(viewFromBody) * position_rte;
+  // Reverse z with the far plane at infinity: depth is near / distance, 1 at the near plane, 0 at infinity.
+  gl_Position = vec4(position_view.xy * projection.xy, projection.z, -position_view.z);
+  textureCoordinates = vec4(colourWindow.xy + colourWindow.zw * place, reliefWindow.xy + reliefWindow.zw * place);
+  upInterpolated_body = up_body;
+  plainColour = plain;
+  textureLayers = layers;
+}

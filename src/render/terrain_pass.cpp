@@ -1,0 +1,85 @@
+#include "render/terrain_pass.h"
+
+#include <cmath>
+
+#include "raster/colour.h"
+#include "tiling/tiling.h"
+
+namespace tellurion::render {
+namespace {
+
+constexpr double kGridALength = 1024.0;  // 2^-10 m
+constexpr float kGroundGrey = 0.35f;     // linear, where a tile has no imagery at all
+
+double snapped(double metres) {
+  return std::round(metres * kGridALength) / kGridALength;
+}
+
+float linear(std::uint8_t srgb) {
+  return static_cast<float>(raster::linearFromSrgb(srgb)) / 65535.0f;
+}
+
+/// Of a picture that found no room: the middle of its smallest level.
+geo::Vec4f meanColour(const scene::TextureImage& image) {
+  const auto& last = image.mips.back();
+  const raster::Rgba8 pixel = last.at(last.width / 2, last.height / 2);
+  return {linear(pixel.r), linear(pixel.g), linear(pixel.b), 0.0f};
+}
+
+geo::Vec4f plainColour(const ResidentTile& tile) {
+  if (tile.colour != nullptr) return geo::Vec4f(0.0f, 0.0f, 0.0f, 1.0f);
+  const auto& image = tile.tile->colour;
+  if (image != nullptr && !image->mips.empty()) return meanColour(*image);
+  return {kGroundGrey, kGroundGrey, kGroundGrey, 0.0f};
+}
+
+geo::Vec4f packed(const scene::TextureWindow& w) {
+  return {w.offset.x, w.offset.y, w.scale.x, w.scale.y};
+}
+
+std::int32_t layerOf(const TexturePlace* place) {
+  return place == nullptr ? -1 : static_cast<std::int32_t>(place->layer);
+}
+
+}  // namespace
+
+SnappedEye snappedEye(const geo::BodyPosition& eye) {
+  const geo::Vec3 grid{snapped(eye.m.x), snapped(eye.m.y), snapped(eye.m.z)};
+  return {.eye_body = grid, .remainder = geo::Vec3f(eye.m - grid)};
+}
+
+void appendCommands(const ResidentTile& tile, std::uint32_t baseInstance, std::vector<DrawCommand>& commands) {
+  const scene::TerrainMesh& mesh = *tile.tile->mesh;
+  const std::size_t firstOfTile = commands.size();
+  const auto append = [&](const scene::IndexRange& range) {
+    if (range.count == 0) return;
+    const std::uint32_t first = tile.mesh->firstIndex + range.first;
+    if (commands.size() > firstOfTile && commands.back().firstIndex + commands.back().count == first) {
+      commands.back().count += range.count;
+    } else {
+      commands.push_back({.count = range.count,
+                          .firstIndex = first,
+                          .baseVertex = static_cast<std::int32_t>(tile.mesh->firstVertex),
+                          .baseInstance = baseInstance});
+    }
+  };
+  append(mesh.interior);
+  for (const tiling::Edge edge : tiling::kEdges) {
+    const auto e = static_cast<std::size_t>(edge);
+    append((tile.tile->coarseEdges >> e & 1) != 0 ? mesh.coarseEdge[e] : mesh.fineEdge[e]);
+  }
+}
+
+TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye) {
+  const geo::Vec3 origin_rte = tile.tile->mesh->origin.m - eye.eye_body;
+  const geo::Vec3f coarse(origin_rte);
+  return {.originCoarse_rte = coarse,
+          .originFine_rte = geo::Vec3f(origin_rte - geo::Vec3(coarse)),
+          .colourWindow = packed(tile.tile->colourWindow),
+          .reliefWindow = packed(tile.tile->reliefWindow),
+          .plain = plainColour(tile),
+          .colourLayer = layerOf(tile.colour),
+          .reliefLayer = layerOf(tile.relief)};
+}
+
+}  // namespace tellurion::render

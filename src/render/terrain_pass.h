@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/geometry_arena.h"
+#include "render/gl_objects.h"
+#include "render/texture_pool.h"
+#include "scene/frame.h"
+
+namespace tellurion::render {
+
+/// What a tile's vertices read, one record an instance: the attributes 3 to 8 of terrain.vert.glsl.
+struct TileRecord {
+  geo::Vec3f originCoarse_rte;
+  geo::Vec3f originFine_rte;
+  geo::Vec4f colourWindow;
+  geo::Vec4f reliefWindow;
+  geo::Vec4f plain;
+  std::int32_t colourLayer = -1;
+  std::int32_t reliefLayer = -1;
+};
+static_assert(sizeof(TileRecord) == 80);
+
+/// As glMultiDrawElementsIndirect reads it.
+struct DrawCommand {
+  std::uint32_t count = 0;
+  std::uint32_t instanceCount = 1;
+  std::uint32_t firstIndex = 0;
+  std::int32_t baseVertex = 0;
+  std::uint32_t baseInstance = 0;
+};
+static_assert(sizeof(DrawCommand) == 20);
+
+/// Where a drawn tile's parts lie; null texture places draw its plain colour or smooth ground.
+struct ResidentTile {
+  const scene::DrawnTile* tile = nullptr;
+  const MeshPlace* mesh = nullptr;
+  const TexturePlace* colour = nullptr;
+  const TexturePlace* relief = nullptr;
+};
+
+/// The eye rounded to the grid of 2^-10 m on which mesh origins lie, so that origin minus eye is exact in two floats
+/// (up to 2e11 m; further out the error is 2^-48 of the distance), and what the rounding took away.
+struct SnappedEye {
+  geo::Vec3 eye_body{0.0};
+  geo::Vec3f remainder{0.0f};  ///< metres from the snapped eye to the eye
+};
+SnappedEye snappedEye(const geo::BodyPosition& eye);
+
+/// The commands that draw a tile: its interior and for each edge the fine or the coarse strip, adjoining ranges joined.
+void appendCommands(const ResidentTile& tile, std::uint32_t baseInstance, std::vector<DrawCommand>& commands);
+
+TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye);
+
+}  // namespace tellurion::render
