@@ -154,11 +154,14 @@ geo::Direction rotatedBetween(const Vec3& from, const Vec3& to, const geo::Direc
 
 // ---- Zooming
 
-// The eye that sees the point at its pixel by turning alone; as near to it as it can where it cannot.
+// Turned so that the point is at its pixel; straight down where that would need to lean back over the nadir.
 Pose turnedTowards(const Pose& pose, const Grip& grip, const View& like, const Ground& ground) {
   const BodyPosition eye = ground.ellipsoid.bodyFromDirection(pose.up, pose.height_m);
   const Vec3 target = geo::normalize(grip.point - eye);
-  return facing(pose, target, viewDirectionThrough(like, grip.pixel)).value_or(pose);
+  if (const auto turned = facing(pose, target, viewDirectionThrough(like, grip.pixel))) return *turned;
+  Pose down = pose;
+  down.pitch = Angle::degrees(-90);
+  return down;
 }
 
 double wishedDistance_m(double distance_m, double steps, const Ground& ground) {

@@ -38,8 +38,9 @@ std::optional<Grip> gripAt(const View& view, PixelPosition pixel, const Ground& 
 View panned(const View& start, const Grip& grip, PixelPosition cursor, const Ground& ground);
 
 /// Goes towards the held point (steps > 0) or away from it, kZoomStep of the distance a step, keeping it at its pixel.
-/// Pitch is kept where possible; far out, where the body is too small to reach the pixel, the eye goes straight back
-/// and turns instead. The distance never falls under twice the clearance.
+/// Pitch is kept where possible. Far out, where the body is too small to reach the pixel, the eye goes straight back
+/// and turns instead; the point leaves its pixel only where the eye then looks straight down and would have to lean
+/// back further. The distance never falls under twice the clearance.
 View zoomed(const View& start, const Grip& grip, double steps, const Ground& ground);
 
 /// Zoom with nothing under the cursor: straight down or up, kZoomStep of the height above the ground a step.
