@@ -1,11 +1,8 @@
 #pragma once
 
-#include <atomic>
-#include <condition_variable>
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -20,27 +17,29 @@ class Executor {
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;
 
-  /// A handle to a task that has been handed in. Copies share it.
+  /// A handle to a task that has been handed in. Copies share it. Thread-safe; may outlive the executor. A handle that
+  /// was made empty, or whose task has begun, ended, or been cancelled or dropped, takes every call and does nothing.
   class Task {
    public:
-    void cancel() const;             ///< a task that has not begun never will
+    void cancel() const;               ///< a task that has not begun never will; its closure is destroyed here and now
     void setPriority(double p) const;  ///< larger runs first; takes effect while the task waits
+
    private:
     friend class Executor;
     struct State;
     std::shared_ptr<State> state_;
   };
 
+  /// Larger priorities begin first, equal ones in the order of their coming; NaN counts as the lowest. `work` must not
+  /// throw; it may submit, cancel and re-order other tasks. Its closure is destroyed on the worker, right after it ran.
   Task submit(double priority, std::function<void()> work);
   int threadCount() const { return static_cast<int>(threads_.size()); }
+  /// Tasks that have not begun.
   std::size_t waiting() const;
 
  private:
-  void run();
-  mutable std::mutex mutex_;
-  std::condition_variable wake_;
-  std::vector<std::shared_ptr<Task::State>> queue_;
-  bool stopping_ = false;
+  struct Queue;
+  std::shared_ptr<Queue> queue_;
   std::vector<std::thread> threads_;
 };
 
