@@ -27,9 +27,9 @@ Wide resolventRoot(Wide p, Wide q, Wide e4) {
   const Wide s = e4 * p * q / 4;
   const Wide r3 = r * r * r;
   const Wide discriminant = s * (2 * r3 + s);
-  if (discriminant < 0) {  // inside the evolute: three real roots, the largest is wanted
+  if (discriminant < 0) {  // inside the evolute, where r < 0: of three real roots the lowest
     const Wide angle = std::atan2(std::sqrt(-discriminant), -(s + r3));
-    return r + 2 * std::fabs(r) * std::cos(angle / 3);
+    return r + 2 * r * std::cos(angle / 3);
   }
   const Wide root = std::sqrt(discriminant);
   const Wide t = std::cbrt(s + r3 < 0 ? s + r3 - root : s + r3 + root);
