@@ -5,7 +5,8 @@ target_compile_options(tellurion_warnings INTERFACE
   -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wunused -Wnull-dereference -Wdouble-promotion
   $<$<CXX_COMPILER_ID:GNU>:-Wduplicated-cond -Wlogical-op>)
 # g++ 12 sees null dereferences and overruns inside inlined library code that are not there (GCC bugs 105329, 106199).
-target_compile_options(tellurion_warnings INTERFACE
+# Designated initialisers leave out fields on purpose; both compilers warn of it in C++.
+target_compile_options(tellurion_warnings INTERFACE -Wno-missing-field-initializers
   $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference -Wno-restrict -Wno-maybe-uninitialized>)
 
 if(TELLURION_SANITIZE)
