@@ -1,0 +1,153 @@
+#include "app/view_controls.h"
+
+#include <cmath>
+
+namespace tellurion::app {
+namespace {
+
+constexpr double kDoubleClick_s = 0.35;
+constexpr double kDoubleClick_px = 5.0;
+constexpr double kDoubleClickSteps = 5.0;
+constexpr double kKeySteps = 2.0;
+/// What an arrow key moves, as a share of the picture's height.
+constexpr double kArrowShare = 0.1;
+
+double distanceBetween(scene::PixelPosition a, scene::PixelPosition b) {
+  return std::hypot(a.x - b.x, a.y - b.y);
+}
+
+geo::Vec2 difference(scene::PixelPosition to, scene::PixelPosition from) {
+  return {to.x - from.x, to.y - from.y};
+}
+
+}  // namespace
+
+void ViewControls::resize(scene::Viewport viewport) {
+  view_.viewport = viewport;
+  start_.viewport = viewport;
+  drag_.reset();
+}
+
+bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground) {
+  if (const auto* button = std::get_if<ButtonChanged>(&event)) return handleButton(*button, ground);
+  if (const auto* key = std::get_if<KeyPressed>(&event)) return handleKey(*key, ground);
+  if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+    zoomAt(wheel->at, wheel->steps, ground);
+    return true;
+  }
+  const auto* cursor = std::get_if<CursorMoved>(&event);
+  if (!cursor || !drag_) return false;
+  dragTo(cursor->at, ground);
+  return true;
+}
+
+bool ViewControls::handleButton(const ButtonChanged& event, const scene::Ground& ground) {
+  if (!event.down) {
+    if (!drag_ || drag_->button != event.button) return false;
+    dragTo(event.at, ground);
+    drag_.reset();
+    return true;
+  }
+  if (isDoubleClick(event)) {
+    zoomAt(event.at, kDoubleClickSteps, ground);
+    return true;
+  }
+  beginDrag(event, ground);
+  return false;
+}
+
+bool ViewControls::isDoubleClick(const ButtonChanged& event) {
+  if (event.button != MouseButton::left) return false;
+  const bool second = lastPress_ && event.seconds - lastPress_->seconds < kDoubleClick_s &&
+                      distanceBetween(event.at, lastPress_->at) < kDoubleClick_px;
+  lastPress_ = second ? std::nullopt : std::optional(event);
+  return second;
+}
+
+void ViewControls::beginDrag(const ButtonChanged& event, const scene::Ground& ground) {
+  Gesture gesture = Gesture::pan;
+  if (event.button == MouseButton::right || event.modifiers.shift) gesture = Gesture::look;
+  if (event.button == MouseButton::middle || event.modifiers.control) gesture = Gesture::orbit;
+  auto grip = scene::gripAt(view_, event.at, ground);
+  if (!grip && gesture == Gesture::orbit) grip = scene::gripAt(view_, scene::centreOf(view_.viewport), ground);
+  if (!grip) gesture = Gesture::look;
+  drag_ = Drag{gesture, event.button, event.at, view_, grip};
+}
+
+void ViewControls::dragTo(scene::PixelPosition cursor, const scene::Ground& ground) {
+  const geo::Vec2 drag_px = difference(cursor, drag_->from);
+  switch (drag_->gesture) {
+    case Gesture::pan:
+      view_ = scene::panned(drag_->view, *drag_->grip, cursor, ground);
+      break;
+    case Gesture::look:
+      view_ = scene::lookedAround(drag_->view, drag_px, ground);
+      break;
+    case Gesture::orbit:
+      view_ = scene::orbited(drag_->view, *drag_->grip, drag_px, ground);
+      break;
+  }
+}
+
+void ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground) {
+  drag_.reset();
+  const auto grip = scene::gripAt(view_, pixel, ground);
+  view_ = grip ? scene::zoomed(view_, *grip, steps, ground) : scene::climbed(view_, steps, ground);
+}
+
+void ViewControls::arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground) {
+  drag_.reset();
+  const scene::PixelPosition centre = scene::centreOf(view_.viewport);
+  const double step_px = kArrowShare * view_.viewport.height;
+  const geo::Vec2 drag_px(-right * step_px, up * step_px);
+  const auto grip = scene::gripAt(view_, centre, ground);
+  if (!grip || modifiers.shift) {
+    view_ = scene::lookedAround(view_, drag_px, ground);
+  } else if (modifiers.control) {
+    view_ = scene::orbited(view_, *grip, drag_px, ground);
+  } else {
+    view_ = scene::panned(view_, *grip, {centre.x + drag_px.x, centre.y + drag_px.y}, ground);
+  }
+}
+
+bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& ground) {
+  const scene::PixelPosition centre = scene::centreOf(view_.viewport);
+  switch (event.key) {
+    case ViewKey::plus:
+      zoomAt(centre, kKeySteps, ground);
+      return true;
+    case ViewKey::minus:
+      zoomAt(centre, -kKeySteps, ground);
+      return true;
+    case ViewKey::left:
+      arrow(-1, 0, event.modifiers, ground);
+      return true;
+    case ViewKey::right:
+      arrow(1, 0, event.modifiers, ground);
+      return true;
+    case ViewKey::up:
+      arrow(0, 1, event.modifiers, ground);
+      return true;
+    case ViewKey::down:
+      arrow(0, -1, event.modifiers, ground);
+      return true;
+    case ViewKey::north:
+      drag_.reset();
+      view_ = scene::northUp(view_, scene::gripAt(view_, centre, ground), ground);
+      return true;
+    case ViewKey::reset:
+      drag_.reset();
+      view_ = scene::cleared(start_, ground);
+      return true;
+    case ViewKey::light:
+    case ViewKey::printCamera:
+    case ViewKey::help:
+    case ViewKey::screenshot:
+    case ViewKey::quit:
+    case ViewKey::escape:
+      return false;
+  }
+  return false;
+}
+
+}  // namespace tellurion::app

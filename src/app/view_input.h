@@ -1,0 +1,64 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "scene/picking.h"
+
+// What a person's hand does, as plain data, free of the window system. Positions are pixels of the picture.
+namespace tellurion::app {
+
+enum class MouseButton { left, middle, right };
+
+enum class ViewKey {
+  plus,
+  minus,
+  left,
+  right,
+  up,
+  down,
+  north,
+  reset,
+  light,
+  printCamera,
+  help,
+  screenshot,
+  quit,
+  escape,
+};
+
+struct Modifiers {
+  bool shift = false;
+  bool control = false;
+};
+
+struct ButtonChanged {
+  MouseButton button = MouseButton::left;
+  bool down = false;
+  Modifiers modifiers;
+  scene::PixelPosition at;
+  double seconds = 0.0;  ///< when, on any steady clock
+};
+
+struct CursorMoved {
+  scene::PixelPosition at;
+};
+
+struct CursorLeft {};
+
+struct WheelTurned {
+  double steps = 0.0;  ///< positive away from the hand: zoom in
+  scene::PixelPosition at;
+};
+
+struct KeyPressed {
+  ViewKey key = ViewKey::help;
+  Modifiers modifiers;
+};
+
+/// The window was resized, uncovered or brought back.
+struct PictureLost {};
+
+using InputEvent = std::variant<ButtonChanged, CursorMoved, CursorLeft, WheelTurned, KeyPressed, PictureLost>;
+
+}  // namespace tellurion::app

@@ -1,0 +1,226 @@
+#include "app/view_loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "app/view_panels.h"
+#include "raster/image_file.h"
+
+namespace tellurion::app {
+namespace {
+
+constexpr std::chrono::seconds kNoticeTime{4};
+/// How often arrivals are looked for while data load; longer where a picture takes longer.
+constexpr double kArrivals_ms = 15.0;
+constexpr int kMostScreenshots = 100000;
+
+std::string length(double m) {
+  if (std::abs(m) < 10e3) return fmt::format("{:.1f} m", m);
+  return fmt::format("{:.{}f} km", m / 1000.0, std::abs(m) < 1000e3 ? 2 : 0);
+}
+
+std::string place(const geo::Geodetic& g) {
+  const double lat = g.lat.degrees(), lon = geo::wrappedLongitude(g.lon).degrees();
+  return fmt::format("{:.5f}\u00b0 {} {:.5f}\u00b0 {}", std::abs(lat), lat < 0 ? 'S' : 'N', std::abs(lon),
+                     lon < 0 ? 'W' : 'E');
+}
+
+bool isEmpty(scene::Viewport size) {
+  return size.width < 1 || size.height < 1;
+}
+
+}  // namespace
+
+ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, render::Renderer renderer, const scene::View& start,
+                   const scene::CutOptions& cut)
+    : window_(window),
+      globe_(globe),
+      renderer_(std::move(renderer)),
+      ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
+      controls_(start),
+      cut_(cut) {}
+
+io::Result<void> ViewLoop::run() {
+  window_.appear();
+  while (!window_.closing()) {
+    for (const InputEvent& event : window_.takeEvents())
+      handle(event);
+    adjustToWindow();
+    if (!isEmpty(window_.pictureSize())) {
+      if (pictureStale_) {
+        if (const auto drawn = drawPicture(); !drawn) return drawn;
+      }
+      if (panelsStale_) drawPanels();
+    }
+    waitForWork();
+  }
+  return {};
+}
+
+// Without anything loading, and no notice to take away, the program sleeps until its window hears something.
+void ViewLoop::waitForWork() {
+  std::optional<std::chrono::milliseconds> atMost;
+  const auto waitUpTo = [&atMost](std::chrono::milliseconds time) { atMost = atMost ? std::min(*atMost, time) : time; };
+  if (!complete_) waitUpTo(std::chrono::milliseconds(std::lround(std::max(kArrivals_ms, frame_ms_))));
+  if (noticeDrawn_) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(noticeUntil_ - Clock::now());
+    waitUpTo(std::max(left, std::chrono::milliseconds(1)));
+  }
+  if (pictureStale_ && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
+  window_.wait(atMost);
+  if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) pictureStale_ = true;
+  if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
+}
+
+void ViewLoop::handle(const InputEvent& event) {
+  if (const auto* cursor = std::get_if<CursorMoved>(&event)) cursor_ = cursor->at;
+  if (std::holds_alternative<CursorLeft>(event)) cursor_.reset();
+  if (const auto* key = std::get_if<KeyPressed>(&event)) handleKey(key->key);
+  if (controls_.handle(event, ground_)) pictureStale_ = true;
+  panelsStale_ = true;
+}
+
+void ViewLoop::handleKey(ViewKey key) {
+  switch (key) {
+    case ViewKey::light:
+      globe_.lighting().enabled = !globe_.lighting().enabled;
+      pictureStale_ = true;
+      break;
+    case ViewKey::printCamera:
+      printCamera();
+      break;
+    case ViewKey::help:
+      helpShown_ = !helpShown_;
+      break;
+    case ViewKey::escape:
+      helpShown_ = false;
+      break;
+    case ViewKey::screenshot:
+      saveScreenshot();
+      break;
+    case ViewKey::quit:
+      window_.close();
+      break;
+    case ViewKey::plus:
+    case ViewKey::minus:
+    case ViewKey::left:
+    case ViewKey::right:
+    case ViewKey::up:
+    case ViewKey::down:
+    case ViewKey::north:
+    case ViewKey::reset:
+      break;
+  }
+}
+
+void ViewLoop::adjustToWindow() {
+  const scene::Viewport size = window_.pictureSize();
+  const scene::Viewport& now = controls_.view().viewport;
+  if (isEmpty(size) || (target_ && size.width == now.width && size.height == now.height)) return;
+  controls_.resize(size);
+  target_.reset();
+  pictureStale_ = true;
+}
+
+io::Result<void> ViewLoop::drawPicture() {
+  if (!target_) {
+    auto target = render::RenderTarget::create(controls_.view().viewport);
+    if (!target) return tl::unexpected(target.error());
+    target_ = std::move(*target);
+  }
+  const auto begin = Clock::now();
+  controls_.keepAboveGround(ground_);
+  const scene::Frame& frame = globe_.update(controls_.view(), cut_);
+  renderer_.draw(frame, *target_);
+  render::finish();
+  frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  complete_ = frame.complete;
+  tilesWanted_ = frame.statistics.tilesWanted;
+  pictureStale_ = false;
+  panelsStale_ = true;
+  reportFailures();
+  return {};
+}
+
+void ViewLoop::drawPanels() {
+  render::copyToWindow(*target_, window_.pictureSize());
+  window_.beginPanels();
+  drawStatusLine(statusLeft(), statusRight());
+  noticeDrawn_ = noticeShown();
+  if (noticeDrawn_) drawNotice(notice_);
+  if (helpShown_) drawHelp();
+  window_.endPanels();
+  window_.show();
+  panelsStale_ = false;
+}
+
+std::string ViewLoop::statusLeft() const {
+  const scene::View& view = controls_.view();
+  const scene::Camera camera = scene::cameraOf(view, ground_.ellipsoid);
+  const double height_m = camera.position.height_m;
+  const auto ground_m = globe_.groundHeight_m(ground_.ellipsoid.directionFromBody(view.eye));
+  std::string text = place(camera.position);
+  if (ground_m) text += fmt::format("   {} above ground", length(height_m - *ground_m));
+  text += fmt::format("   {} above the ellipsoid", length(height_m));
+  const double heading = std::fmod(camera.heading.degrees() + 360.0, 360.0);
+  text += fmt::format("   heading {:.0f}\u00b0 pitch {:.0f}\u00b0", heading, camera.pitch.degrees());
+  const auto under = cursor_ && !controls_.dragging() ? scene::pointUnder(view, *cursor_, ground_) : std::nullopt;
+  if (under) {
+    const geo::Geodetic g = ground_.ellipsoid.geodeticFromBody(*under);
+    text += fmt::format("   cursor {} {}", place(g), length(g.height_m));
+  }
+  return text;
+}
+
+std::string ViewLoop::statusRight() const {
+  std::string text = fmt::format("{:.0f} ms", frame_ms_);
+  if (!complete_) text = fmt::format("loading {} tiles   ", tilesWanted_) + text;
+  const std::size_t failures = globe_.failures().size();
+  if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
+  return text + "   H: help";
+}
+
+// One line that --camera takes, exact to a tenth of a millimetre on Earth.
+void ViewLoop::printCamera() {
+  const scene::Camera c = scene::cameraOf(controls_.view(), ground_.ellipsoid);
+  const std::string line =
+      fmt::format("{:.9f},{:.9f},{:.4f},{:.7f},{:.7f},{:.7f}", c.position.lat.degrees(), c.position.lon.degrees(),
+                  c.position.height_m, c.heading.degrees(), c.pitch.degrees(), c.roll.degrees());
+  fmt::print("{}\n", line);
+  std::fflush(stdout);
+  window_.copyToClipboard(line);
+  notify("camera printed and copied: " + line);
+}
+
+void ViewLoop::saveScreenshot() {
+  if (!target_) return;
+  for (int i = 1; i < kMostScreenshots; ++i) {
+    const std::filesystem::path path = fmt::format("tellurion-{:04}.png", i);
+    std::error_code ignored;
+    if (std::filesystem::exists(path, ignored)) continue;
+    const auto written = raster::writePng(path, render::readColour(*target_));
+    const std::string where = std::filesystem::absolute(path, ignored).string();
+    fmt::print(stderr, "{}\n", written ? "screenshot: " + where : io::describe(written.error()));
+    notify(written ? "saved " + where : "not saved: " + io::describe(written.error()));
+    return;
+  }
+}
+
+void ViewLoop::reportFailures() {
+  const auto& failures = globe_.failures();
+  for (; failuresReported_ < failures.size(); ++failuresReported_)
+    fmt::print(stderr, "{}\n", io::describe(failures[failuresReported_]));
+}
+
+void ViewLoop::notify(std::string text) {
+  notice_ = std::move(text);
+  noticeUntil_ = Clock::now() + kNoticeTime;
+  panelsStale_ = true;
+}
+
+}  // namespace tellurion::app

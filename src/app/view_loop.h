@@ -1,0 +1,60 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "app/view_controls.h"
+#include "app/view_window.h"
+#include "render/renderer.h"
+#include "scene/globe.h"
+
+namespace tellurion::app {
+
+/// The viewer while its window is open: hands input to the controls, draws when something has changed, sleeps else.
+/// Main thread only. Window and globe must outlive it.
+class ViewLoop {
+ public:
+  ViewLoop(ViewWindow& window, scene::Globe& globe, render::Renderer renderer, const scene::View& start,
+           const scene::CutOptions& cut);
+
+  /// Until the window is closed. Fails when the picture cannot be drawn.
+  io::Result<void> run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void waitForWork();
+  void handle(const InputEvent& event);
+  void handleKey(ViewKey key);
+  void adjustToWindow();
+  io::Result<void> drawPicture();
+  void drawPanels();
+  void printCamera();
+  void saveScreenshot();
+  void reportFailures();
+  void notify(std::string text);
+  bool noticeShown() const { return Clock::now() < noticeUntil_; }
+  std::string statusLeft() const;
+  std::string statusRight() const;
+
+  ViewWindow& window_;
+  scene::Globe& globe_;
+  render::Renderer renderer_;
+  scene::Ground ground_;
+  ViewControls controls_;
+  scene::CutOptions cut_;
+  std::optional<render::RenderTarget> target_;
+  std::optional<scene::PixelPosition> cursor_;
+  bool pictureStale_ = true;  ///< the planet must be drawn again
+  bool panelsStale_ = true;   ///< what lies over it must
+  bool complete_ = false;
+  bool helpShown_ = false;
+  int tilesWanted_ = 0;
+  double frame_ms_ = 0.0;
+  std::size_t failuresReported_ = 0;
+  std::string notice_;
+  bool noticeDrawn_ = false;
+  Clock::time_point noticeUntil_{};
+};
+
+}  // namespace tellurion::app

@@ -1,0 +1,81 @@
+#include "app/view_panels.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+
+namespace tellurion::app {
+namespace {
+
+constexpr ImU32 kBand = IM_COL32(0, 0, 0, 150);
+constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
+constexpr float kMargin = 6.0f;
+
+struct Control {
+  const char* input;
+  const char* effect;
+};
+
+constexpr std::array kControls{
+    Control{"Left drag", "pan: the ground stays under the cursor"},
+    Control{"Wheel, + and -", "zoom, 10% of the distance a step"},
+    Control{"Double click", "zoom in where you click"},
+    Control{"Right drag, Shift + left drag", "look around"},
+    Control{"Middle drag, Ctrl + left drag", "orbit the point under the cursor"},
+    Control{"Arrow keys", "pan; Shift: look around; Ctrl: orbit"},
+    Control{"N", "north up"},
+    Control{"R, Home", "back to the first view"},
+    Control{"L", "light on or off"},
+    Control{"C, P", "print the camera for --camera, and copy it"},
+    Control{"F12", "save the picture as PNG"},
+    Control{"H, F1", "show or hide this help"},
+    Control{"Q", "quit"},
+};
+
+void drawText(float x, float y, const std::string& text) {
+  ImGui::GetForegroundDrawList()->AddText(ImVec2(x, y), kText, text.data(), text.data() + text.size());
+}
+
+}  // namespace
+
+void drawStatusLine(const std::string& left, const std::string& right) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float top = size.y - ImGui::GetFontSize() - 2.0f * kMargin;
+  const float rightEdge = size.x - kMargin - ImGui::CalcTextSize(right.c_str()).x;
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  list->AddRectFilled(ImVec2(0.0f, top), size, kBand);
+  list->PushClipRect(ImVec2(0.0f, top), ImVec2(std::max(rightEdge - kMargin, 0.0f), size.y));
+  drawText(kMargin, top + kMargin, left);
+  list->PopClipRect();
+  drawText(rightEdge, top + kMargin, right);
+}
+
+void drawNotice(const std::string& text) {
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const float x = std::max((ImGui::GetIO().DisplaySize.x - size.x) / 2.0f, kMargin);
+  const ImVec2 from(x - 2.0f * kMargin, 2.0f * kMargin);
+  const ImVec2 to(x + size.x + 2.0f * kMargin, 4.0f * kMargin + size.y);
+  ImGui::GetForegroundDrawList()->AddRectFilled(from, to, kBand, kMargin);
+  drawText(x, 3.0f * kMargin, text);
+}
+
+void drawHelp() {
+  const ImVec2 middle(ImGui::GetIO().DisplaySize.x / 2.0f, ImGui::GetIO().DisplaySize.y / 2.0f);
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+  ImGui::SetNextWindowBgAlpha(0.8f);
+  constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav;
+  if (ImGui::Begin("Controls", nullptr, kFlags) && ImGui::BeginTable("controls", 2, ImGuiTableFlags_SizingFixedFit)) {
+    for (const Control& control : kControls) {
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(control.input);
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(control.effect);
+    }
+    ImGui::EndTable();
+  }
+  ImGui::End();
+}
+
+}  // namespace tellurion::app

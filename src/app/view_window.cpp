@@ -1,0 +1,265 @@
+#include "app/view_window.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "render/context.h"
+
+namespace tellurion::app {
+
+struct ViewWindow::State {
+  GLFWwindow* window = nullptr;
+  bool panels = false;
+  std::vector<InputEvent> events;
+
+  ~State() {
+    if (panels) {
+      ImGui_ImplOpenGL3_Shutdown();
+      ImGui_ImplGlfw_Shutdown();
+      ImGui::DestroyContext();
+    }
+    if (window) glfwDestroyWindow(window);
+    glfwTerminate();
+  }
+};
+
+namespace {
+
+using Events = std::vector<InputEvent>;
+
+Events& eventsOf(GLFWwindow* window) {
+  return *static_cast<Events*>(glfwGetWindowUserPointer(window));
+}
+
+scene::PixelPosition pixelFrom(GLFWwindow* window, double x, double y) {
+  int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
+  glfwGetWindowSize(window, &windowWidth, &windowHeight);
+  glfwGetFramebufferSize(window, &width, &height);
+  return {x * width / std::max(windowWidth, 1), y * height / std::max(windowHeight, 1)};
+}
+
+scene::PixelPosition cursorOf(GLFWwindow* window) {
+  double x = 0.0, y = 0.0;
+  glfwGetCursorPos(window, &x, &y);
+  return pixelFrom(window, x, y);
+}
+
+Modifiers modifiersFrom(int mods) {
+  return {(mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0};
+}
+
+void onButton(GLFWwindow* window, int button, int action, int mods) {
+  if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+  const MouseButton which = button == GLFW_MOUSE_BUTTON_LEFT    ? MouseButton::left
+                            : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::right
+                                                                : MouseButton::middle;
+  eventsOf(window).push_back(
+      ButtonChanged{which, action == GLFW_PRESS, modifiersFrom(mods), cursorOf(window), glfwGetTime()});
+}
+
+// Only the last of several moves counts: gestures are functions of where the cursor is.
+void onCursor(GLFWwindow* window, double x, double y) {
+  Events& events = eventsOf(window);
+  if (!events.empty() && std::holds_alternative<CursorMoved>(events.back())) events.pop_back();
+  events.push_back(CursorMoved{pixelFrom(window, x, y)});
+}
+
+void onEnter(GLFWwindow* window, int entered) {
+  if (!entered) eventsOf(window).push_back(CursorLeft{});
+}
+
+void onScroll(GLFWwindow* window, double, double steps) {
+  eventsOf(window).push_back(WheelTurned{steps, cursorOf(window)});
+}
+
+std::optional<ViewKey> keyFrom(int key) {
+  constexpr std::array<std::pair<int, ViewKey>, 21> kKeys{{
+      {GLFW_KEY_EQUAL, ViewKey::plus},    {GLFW_KEY_KP_ADD, ViewKey::plus},
+      {GLFW_KEY_MINUS, ViewKey::minus},   {GLFW_KEY_KP_SUBTRACT, ViewKey::minus},
+      {GLFW_KEY_LEFT, ViewKey::left},     {GLFW_KEY_RIGHT, ViewKey::right},
+      {GLFW_KEY_UP, ViewKey::up},         {GLFW_KEY_DOWN, ViewKey::down},
+      {GLFW_KEY_PAGE_UP, ViewKey::plus},  {GLFW_KEY_PAGE_DOWN, ViewKey::minus},
+      {GLFW_KEY_N, ViewKey::north},       {GLFW_KEY_R, ViewKey::reset},
+      {GLFW_KEY_HOME, ViewKey::reset},    {GLFW_KEY_L, ViewKey::light},
+      {GLFW_KEY_C, ViewKey::printCamera}, {GLFW_KEY_H, ViewKey::help},
+      {GLFW_KEY_F1, ViewKey::help},       {GLFW_KEY_F12, ViewKey::screenshot},
+      {GLFW_KEY_Q, ViewKey::quit},        {GLFW_KEY_ESCAPE, ViewKey::escape},
+      {GLFW_KEY_P, ViewKey::printCamera},
+  }};
+  const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
+  if (found == kKeys.end()) return std::nullopt;
+  return found->second;
+}
+
+bool repeats(ViewKey key) {
+  return key <= ViewKey::down;
+}
+
+// Letters go by what is printed on the key, also on keyboards with another layout.
+std::optional<ViewKey> namedKey(int key, int scancode) {
+  const char* name = glfwGetKeyName(key, scancode);
+  if (!name || name[1] != '\0') return keyFrom(key);
+  if (name[0] >= 'a' && name[0] <= 'z') return keyFrom(GLFW_KEY_A + (name[0] - 'a'));
+  if (name[0] == '+' || name[0] == '=') return ViewKey::plus;
+  if (name[0] == '-') return ViewKey::minus;
+  return keyFrom(key);
+}
+
+void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
+  if (action == GLFW_RELEASE) return;
+  const auto which = namedKey(key, scancode);
+  if (which && (action == GLFW_PRESS || repeats(*which)))
+    eventsOf(window).push_back(KeyPressed{*which, modifiersFrom(mods)});
+}
+
+void onLost(GLFWwindow* window) {
+  eventsOf(window).push_back(PictureLost{});
+}
+void onResized(GLFWwindow* window, int, int) {
+  onLost(window);
+}
+void onIconified(GLFWwindow* window, int) {
+  onLost(window);
+}
+
+void listen(GLFWwindow* window, Events& events) {
+  glfwSetWindowUserPointer(window, &events);
+  glfwSetMouseButtonCallback(window, onButton);
+  glfwSetCursorPosCallback(window, onCursor);
+  glfwSetCursorEnterCallback(window, onEnter);
+  glfwSetScrollCallback(window, onScroll);
+  glfwSetKeyCallback(window, onKey);
+  glfwSetWindowRefreshCallback(window, onLost);
+  glfwSetFramebufferSizeCallback(window, onResized);
+  glfwSetWindowIconifyCallback(window, onIconified);
+}
+
+tl::unexpected<io::Failure> noWindow(std::string_view what) {
+  const char* reason = nullptr;
+  glfwGetError(&reason);
+  return io::fail(
+      io::Failure::Code::unsupported,
+      fmt::format("{} ({}); without a display, 'tellurion render SCENE --camera C --size WxH -o picture.png' "
+                  "draws the same picture into a file",
+                  what, reason ? reason : "no reason given"),
+      "view");
+}
+
+scene::Viewport fitting(scene::Viewport size) {
+  GLFWmonitor* monitor = glfwGetPrimaryMonitor();
+  if (!monitor) return size;
+  int x = 0, y = 0, width = 0, height = 0;
+  glfwGetMonitorWorkarea(monitor, &x, &y, &width, &height);
+  if (width <= 0 || height <= 0) return size;
+  return {std::min(size.width, width), std::min(size.height, height)};
+}
+
+GLFWwindow* createWindow(const std::string& title, scene::Viewport size) {
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);  // the picture's own framebuffer has the depth
+  glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  glfwWindowHintString(GLFW_X11_CLASS_NAME, "tellurion");
+  return glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
+}
+
+bool startPanels(GLFWwindow* window) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;
+  io.ConfigFlags |= ImGuiConfigFlags_NoMouseCursorChange;
+  float scale = 1.0f, ignored = 1.0f;
+  glfwGetWindowContentScale(window, &scale, &ignored);
+  int windowWidth = 1, width = 1;
+  glfwGetWindowSize(window, &windowWidth, nullptr);
+  glfwGetFramebufferSize(window, &width, nullptr);
+  const float units = scale * static_cast<float>(windowWidth) / static_cast<float>(std::max(width, 1));
+  ImFontConfig font;
+  font.SizePixels = std::max(13.0f * units, 13.0f);
+  io.Fonts->AddFontDefault(&font);
+  return ImGui_ImplGlfw_InitForOpenGL(window, false) && ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+}  // namespace
+
+ViewWindow::ViewWindow(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ViewWindow::~ViewWindow() = default;
+ViewWindow::ViewWindow(ViewWindow&&) noexcept = default;
+ViewWindow& ViewWindow::operator=(ViewWindow&&) noexcept = default;
+
+io::Result<ViewWindow> ViewWindow::open(const std::string& title, scene::Viewport size) {
+  if (!glfwInit()) return noWindow("no display to open a window on");
+  auto state = std::make_unique<State>();
+  state->window = createWindow(title, fitting(size));
+  if (!state->window) return noWindow("this display gives no window with OpenGL 4.5");
+  glfwMakeContextCurrent(state->window);
+  glfwSwapInterval(1);
+  if (const auto fit = render::checkCurrentContext(); !fit) return tl::unexpected(fit.error());
+  state->panels = startPanels(state->window);
+  if (!state->panels) return noWindow("the window's panels cannot be drawn");
+  listen(state->window, state->events);
+  return ViewWindow(std::move(state));
+}
+
+void ViewWindow::appear() {
+  glfwShowWindow(state_->window);
+}
+
+bool ViewWindow::closing() const {
+  return glfwWindowShouldClose(state_->window) != 0;
+}
+void ViewWindow::close() {
+  glfwSetWindowShouldClose(state_->window, GLFW_TRUE);
+}
+
+scene::Viewport ViewWindow::pictureSize() const {
+  if (glfwGetWindowAttrib(state_->window, GLFW_ICONIFIED)) return {0, 0};
+  scene::Viewport size;
+  glfwGetFramebufferSize(state_->window, &size.width, &size.height);
+  return size;
+}
+
+void ViewWindow::wait(std::optional<std::chrono::milliseconds> atMost) {
+  if (!atMost) {
+    glfwWaitEvents();
+  } else if (atMost->count() > 0) {
+    glfwWaitEventsTimeout(std::chrono::duration<double>(*atMost).count());
+  } else {
+    glfwPollEvents();
+  }
+}
+
+std::vector<InputEvent> ViewWindow::takeEvents() {
+  return std::exchange(state_->events, {});
+}
+
+void ViewWindow::beginPanels() {
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void ViewWindow::endPanels() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void ViewWindow::show() {
+  glfwSwapBuffers(state_->window);
+}
+
+void ViewWindow::copyToClipboard(const std::string& text) {
+  glfwSetClipboardString(state_->window, text.c_str());
+}
+
+}  // namespace tellurion::app

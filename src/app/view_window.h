@@ -1,0 +1,53 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/view_input.h"
+#include "io/failure.h"
+
+namespace tellurion::app {
+
+/// A window with an OpenGL 4.5 core context, current on the thread that opened it until the window's end, and Dear
+/// ImGui for panels in it. One at a time, main thread only, move-only.
+class ViewWindow {
+ public:
+  /// Fails where there is no display, or its driver has no OpenGL 4.5; the message says what to do instead. The window
+  /// is made smaller where it would not fit the screen.
+  static io::Result<ViewWindow> open(const std::string& title, scene::Viewport size);
+  ~ViewWindow();
+  ViewWindow(ViewWindow&&) noexcept;
+  ViewWindow& operator=(ViewWindow&&) noexcept;
+
+  /// The window is hidden until then.
+  void appear();
+
+  bool closing() const;
+  void close();
+
+  /// Pixels of the picture, which on dense screens are more than the window system's units; 0 by 0 while minimised.
+  scene::Viewport pictureSize() const;
+
+  /// Sleeps until something happens or the time is over; without a time until something happens.
+  void wait(std::optional<std::chrono::milliseconds> atMost);
+  std::vector<InputEvent> takeEvents();
+
+  /// Between the two, ImGui calls draw panels, in the window system's units. endPanels() draws them over the picture in
+  /// the window's framebuffer.
+  void beginPanels();
+  void endPanels();
+  /// Shows what was drawn; waits for the screen where the driver does.
+  void show();
+
+  void copyToClipboard(const std::string& text);
+
+ private:
+  struct State;
+  explicit ViewWindow(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tellurion::app
