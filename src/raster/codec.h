@@ -16,21 +16,22 @@
 /// An elevation payload, byte by byte:
 ///   0      1: multiples of a step; 2: float32
 ///   1..8   only for 1: the step in metres, float64, little-endian, in (0, 1e9]
-///   then   one zstd frame of 4 * width * height bytes: a 32-bit code a sample, row by row, stored as four planes (all lowest
+///   then   one zstd frame of 4 * width * height bytes: a 32-bit code a sample, row by row, stored as four planes (all
+///   lowest
 ///          bytes, then all second ones, ...)
-/// Codes for 1: 0 is NODATA, else 1 + zigzag(value - guess) with value = round(height / step), |value| <= 2^28, zigzag(d) =
-/// 0, 1, 2, 3, ... for d = 0, -1, 1, -2, ... The guess is left + above - aboveLeft; in the first row left, in the first
-/// column above, at the first sample 0. A NODATA sample stands in those sums as its own guess, clamped to +-2^28.
-/// Codes for 2: zigzag(o - o of the sample before, 0 at first) modulo 2^32; o is the float's bits, all inverted when the sign
-/// bit is set, else with the sign bit set.
+/// Codes for 1: 0 is NODATA, else 1 + zigzag(value - guess) with value = round(height / step), |value| <= 2^28,
+/// zigzag(d) = 0, 1, 2, 3, ... for d = 0, -1, 1, -2, ... The guess is left + above - aboveLeft; in the first row left,
+/// in the first column above, at the first sample 0. A NODATA sample stands in those sums as its own guess, clamped to
+/// +-2^28. Codes for 2: zigzag(o - o of the sample before, 0 at first) modulo 2^32; o is the float's bits, all inverted
+/// when the sign bit is set, else with the sign bit set.
 namespace tellurion::raster {
 
 /// The largest side that any codec here takes.
 inline constexpr int kMaxCodecSide = 16384;
 
-/// Heights, compressed without loss. step_m in (0, 1e9]: heights are integer multiples of it (others are rounded to the nearest
-/// one) and |height / step_m| <= 2^28, else the encoder falls back to step_m = 0. step_m = 0: float32 bit for bit, but
-/// every NaN becomes kNoData.
+/// Heights, compressed without loss. step_m in (0, 1e9]: heights are integer multiples of it (others are rounded to the
+/// nearest one) and |height / step_m| <= 2^28, else the encoder falls back to step_m = 0. step_m = 0: float32 bit for
+/// bit, but every NaN becomes kNoData.
 std::vector<std::byte> encodeElevation(const Raster<float>& heights, double step_m);
 io::Result<Raster<float>> decodeElevation(std::span<const std::byte> bytes, int width, int height);
 

@@ -7,7 +7,9 @@
 namespace tellurion::raster {
 namespace {
 
-double linearOf(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+double linearOf(double srgb) {
+  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
 
 struct Tables {
   std::array<std::uint16_t, 256> linear{};
@@ -20,7 +22,8 @@ struct Tables {
     // A byte stands for the linear values on its side of the middle between it and its neighbours.
     std::size_t byte = 0;
     for (std::size_t value = 0; value < srgb.size(); ++value) {
-      while (byte < 255 && 2 * value > std::size_t{linear[byte]} + linear[byte + 1]) ++byte;
+      while (byte < 255 && 2 * value > std::size_t{linear[byte]} + linear[byte + 1])
+        ++byte;
       srgb[value] = static_cast<std::uint8_t>(byte);
     }
   }
@@ -33,8 +36,12 @@ const Tables& tables() {
 
 }  // namespace
 
-std::uint16_t linearFromSrgb(std::uint8_t value) { return tables().linear[value]; }
-std::uint8_t srgbFromLinear(std::uint16_t linear) { return tables().srgb[linear]; }
+std::uint16_t linearFromSrgb(std::uint8_t value) {
+  return tables().linear[value];
+}
+std::uint8_t srgbFromLinear(std::uint16_t linear) {
+  return tables().srgb[linear];
+}
 
 Rgba8 over(Rgba8 top, Rgba8 bottom) {
   if (top.a == 255 || bottom.a == 0) return top.a == 0 ? bottom : top;

@@ -22,12 +22,16 @@ constexpr double kCoarsestStep_m = 1e9;
 constexpr int kCompressionLevel = 6;
 constexpr std::size_t kPlanes = 4;
 
-bool isStep(double step_m) { return step_m > 0.0 && step_m <= kCoarsestStep_m; }
+bool isStep(double step_m) {
+  return step_m > 0.0 && step_m <= kCoarsestStep_m;
+}
 
 std::uint32_t zigzag(std::int32_t v) {
   return (static_cast<std::uint32_t>(v) << 1u) ^ static_cast<std::uint32_t>(v >> 31);
 }
-std::int32_t unzigzag(std::uint32_t v) { return static_cast<std::int32_t>((v >> 1u) ^ (~(v & 1u) + 1u)); }
+std::int32_t unzigzag(std::uint32_t v) {
+  return static_cast<std::int32_t>((v >> 1u) ^ (~(v & 1u) + 1u));
+}
 
 /// Guesses a sample from those before it in row order: the plane through left, above and above left.
 class PlanePredictor {
@@ -50,9 +54,12 @@ class PlanePredictor {
 };
 
 /// What a NODATA sample counts as for the guesses after it: the guess for itself, held inside the range of values.
-std::int64_t standIn(std::int64_t guess) { return std::clamp(guess, -kLargestStep, kLargestStep); }
+std::int64_t standIn(std::int64_t guess) {
+  return std::clamp(guess, -kLargestStep, kLargestStep);
+}
 
-/// Multiples of step, one code a sample: 0 is NODATA, else 1 + zigzag(value - guess). Nothing when a height does not fit.
+/// Multiples of step, one code a sample: 0 is NODATA, else 1 + zigzag(value - guess). Nothing when a height does not
+/// fit.
 std::optional<std::vector<std::uint32_t>> fixedPointCodes(const Raster<float>& heights, double step_m) {
   std::vector<std::uint32_t> codes;
   codes.reserve(heights.samples.size());
@@ -102,8 +109,12 @@ bool fixedPointHeights(const std::vector<std::uint32_t>& codes, double step_m, R
 }
 
 /// Float bits in an order that follows the numbers, so that near heights have near codes.
-std::uint32_t ordered(std::uint32_t bits) { return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u; }
-std::uint32_t unordered(std::uint32_t code) { return (code & 0x80000000u) != 0 ? code & 0x7fffffffu : ~code; }
+std::uint32_t ordered(std::uint32_t bits) {
+  return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
+}
+std::uint32_t unordered(std::uint32_t code) {
+  return (code & 0x80000000u) != 0 ? code & 0x7fffffffu : ~code;
+}
 
 std::vector<std::uint32_t> floatCodes(const Raster<float>& heights) {
   std::vector<std::uint32_t> codes;
@@ -164,21 +175,22 @@ void appendCompressed(const std::vector<std::uint8_t>& planes, std::vector<std::
 
 bool decompress(std::span<const std::byte> bytes, std::vector<std::uint8_t>& planes) {
   thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
-  const std::size_t size =
-      ZSTD_decompressDCtx(context.get(), planes.data(), planes.size(), bytes.data(), bytes.size());
+  const std::size_t size = ZSTD_decompressDCtx(context.get(), planes.data(), planes.size(), bytes.data(), bytes.size());
   return ZSTD_isError(size) == 0 && size == planes.size();
 }
 
 std::array<std::byte, 8> littleEndian(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
   std::array<std::byte, 8> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::byte>(bits >> (8 * i));
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes[i] = static_cast<std::byte>(bits >> (8 * i));
   return bytes;
 }
 
 double doubleAt(std::span<const std::byte> bytes) {
   std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < 8; ++i) bits |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
+  for (std::size_t i = 0; i < 8; ++i)
+    bits |= std::to_integer<std::uint64_t>(bytes[i]) << (8 * i);
   return std::bit_cast<double>(bits);
 }
 

@@ -22,15 +22,19 @@ constexpr GIntBig kGdalCacheBytes = GIntBig{256} << 20u;
 constexpr std::size_t kMostWarnings = 16;
 
 /// Drivers that read other places than the file they are given: other files by name, servers, databases.
-constexpr std::array kFarReachingDrivers{"VRT",    "DERIVED", "GTI",   "WMS",  "WMTS",        "WCS",       "HTTP",
-                                         "OGCAPI", "STACIT",  "STACTA", "NGW",  "PLMOSAIC",    "PLSCENES",  "EEDA",
-                                         "EEDAI",  "DAAS",    "RDA",   "TileDB", "PostGISRaster", "GeoRaster", "SDE"};
+constexpr std::array kFarReachingDrivers{"VRT",    "DERIVED", "GTI",    "WMS",    "WMTS",          "WCS",       "HTTP",
+                                         "OGCAPI", "STACIT",  "STACTA", "NGW",    "PLMOSAIC",      "PLSCENES",  "EEDA",
+                                         "EEDAI",  "DAAS",    "RDA",    "TileDB", "PostGISRaster", "GeoRaster", "SDE"};
 
 void prepareGdal() {
   static std::once_flag once;
   std::call_once(once, [] {
     // Sidecar files may name overviews anywhere; nothing is fetched whatever they say.
     CPLSetConfigOption("CPL_VSIL_CURL_ALLOWED_FILENAME", "/vsicurl/none");
+    // A JPEG that ends early is an error and not a grey area.
+    if (CPLGetConfigOption("GDAL_ERROR_ON_LIBJPEG_WARNING", nullptr) == nullptr) {
+      CPLSetConfigOption("GDAL_ERROR_ON_LIBJPEG_WARNING", "YES");
+    }
     if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) {
       GDALSetCacheMax64(std::min(GDALGetCacheMax64(), kGdalCacheBytes));
     }
@@ -58,11 +62,13 @@ bool isPlainName(const std::string& path) {
 
 GdalMessages::GdalMessages() {
   prepareGdal();
-  CPLPushErrorHandlerEx(
-      [](CPLErr severity, CPLErrorNum number, const char* text) { collect(severity, number, text); }, this);
+  CPLPushErrorHandlerEx([](CPLErr severity, CPLErrorNum number, const char* text) { collect(severity, number, text); },
+                        this);
 }
 
-GdalMessages::~GdalMessages() { CPLPopErrorHandler(); }
+GdalMessages::~GdalMessages() {
+  CPLPopErrorHandler();
+}
 
 void GdalMessages::collect(int severity, int /*number*/, const char* text) {
   auto& messages = *static_cast<GdalMessages*>(CPLGetErrorHandlerUserData());
@@ -83,7 +89,7 @@ void CloseDataset::operator()(GDALDataset* dataset) const {
   GDALClose(GDALDataset::ToHandle(dataset));
 }
 
-io::Result<DatasetPtr> gdalOpen(const std::string& path) {
+io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings) {
   const GdalMessages messages;
   if (!isPlainName(path)) {
     return io::fail(Code::invalidArgument, "is not the name of a local file; copy the data here first", path);
@@ -93,10 +99,13 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path) {
   const CPLStringList drivers = allowedDrivers();
   DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                                        drivers.List(), nullptr, nullptr));
+  warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
   if (dataset) return dataset;
-  return tl::unexpected(messages.failure(
-      Code::unsupported, "cannot be opened as a raster; virtual rasters (VRT) and services are not read here, give the "
-                         "raster files themselves", path));
+  return tl::unexpected(
+      messages.failure(Code::unsupported,
+                       "cannot be opened as a raster; virtual rasters (VRT) and services are not read here, give the "
+                       "raster files themselves",
+                       path));
 }
 
 io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values) {

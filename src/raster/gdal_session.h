@@ -38,7 +38,8 @@ struct CloseDataset {
 using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 
 /// Opens a plain local file for reading: no /vsi path, no URL, no driver that follows references to elsewhere.
-io::Result<DatasetPtr> gdalOpen(const std::string& path);
+/// What GDAL warns of is added to `warnings`.
+io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
 
 /// A float32 TIFF of one band without georeference; NaN is its NODATA value.
 io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values);

@@ -11,8 +11,8 @@
 
 #include "raster/image_formats.h"
 
-// libjpeg reports errors through a callback that must not return. Ours jumps back to the one function that called setjmp; in
-// such a function, and in those below it, nothing has a destructor.
+// libjpeg reports errors through a callback that must not return. Ours jumps back to the one function that called
+// setjmp; in such a function, and in those below it, nothing has a destructor.
 namespace tellurion::raster {
 namespace {
 
@@ -25,7 +25,9 @@ struct ErrorTrap {
   std::array<char, JMSG_LENGTH_MAX> message{};
 };
 
-ErrorTrap& trapOf(j_common_ptr codec) { return *static_cast<ErrorTrap*>(codec->client_data); }
+ErrorTrap& trapOf(j_common_ptr codec) {
+  return *static_cast<ErrorTrap*>(codec->client_data);
+}
 
 [[noreturn]] void onError(j_common_ptr codec) {
   ErrorTrap& trap = trapOf(codec);

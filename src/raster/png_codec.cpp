@@ -30,7 +30,8 @@ io::Result<ImageSize> begin(Png& png, std::span<const std::byte> bytes) {
 std::vector<std::uint8_t> opaquePixels(const Raster<Rgba8>& image) {
   std::vector<std::uint8_t> rgb;
   rgb.reserve(image.samples.size() * 3);
-  for (const Rgba8& p : image.samples) rgb.insert(rgb.end(), {p.r, p.g, p.b});
+  for (const Rgba8& p : image.samples)
+    rgb.insert(rgb.end(), {p.r, p.g, p.b});
   return rgb;
 }
 

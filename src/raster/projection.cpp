@@ -25,13 +25,16 @@ Owned<PJ_CONTEXT> quietContext() {
   return context;
 }
 
-/// Of all operations between two references the first, which PROJ ranks best, made ready for (longitude, latitude) order.
-Owned<PJ> bestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target, const geo::GeoRect* area) {
+/// Of all operations between two references the first, which PROJ ranks best, made ready for (longitude, latitude)
+/// order.
+Owned<PJ> bestOperation(PJ_CONTEXT* context, const PJ* source, const PJ* target,
+                        const std::optional<geo::GeoRect>& area) {
   const Owned<PJ_OPERATION_FACTORY_CONTEXT> factory(proj_create_operation_factory_context(context, nullptr));
   PJ_OPERATION_FACTORY_CONTEXT* f = factory.get();
-  proj_operation_factory_context_set_grid_availability_use(context, f, PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID);
+  proj_operation_factory_context_set_grid_availability_use(context, f,
+                                                           PROJ_GRID_AVAILABILITY_DISCARD_OPERATION_IF_MISSING_GRID);
   proj_operation_factory_context_set_spatial_criterion(context, f, PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
-  if (area != nullptr) {
+  if (area) {
     proj_operation_factory_context_set_area_of_interest(context, f, area->west.degrees(), area->south.degrees(),
                                                         geo::wrappedLongitude(area->east()).degrees(),
                                                         area->north.degrees());
@@ -66,41 +69,45 @@ struct Projection::Handles {
   Owned<PJ> operation;  // Goes before the context.
 };
 
-Projection::Projection(std::shared_ptr<Handles> handles) : handles_(std::move(handles)) {}
+Projection::Projection(std::unique_ptr<Handles> handles) : handles_(std::move(handles)) {}
+
+Projection::Projection(Projection&&) noexcept = default;
+Projection& Projection::operator=(Projection&&) noexcept = default;
+Projection::~Projection() = default;
 
 io::Result<Projection> Projection::fromOwnGeographic(const std::string& wkt) {
-  auto handles = std::make_shared<Handles>();
+  auto handles = std::make_unique<Handles>();
   PJ_CONTEXT* context = handles->context.get();
   const Owned<PJ> reference = referenceOf(context, wkt);
   if (!reference) return notUnderstood();
   const Owned<PJ> geographic(proj_crs_get_geodetic_crs(context, reference.get()));
   if (!geographic) return notUnderstood();
-  handles->operation = bestOperation(context, geographic.get(), reference.get(), nullptr);
+  handles->operation = bestOperation(context, geographic.get(), reference.get(), std::nullopt);
   if (!handles->operation) return notUnderstood();
   return Projection(std::move(handles));
 }
 
-io::Result<Projection> Projection::fromWgs84(const std::string& wkt, const geo::GeoRect& area) {
-  auto handles = std::make_shared<Handles>();
+io::Result<Projection> Projection::fromWgs84(const std::string& wkt, const std::optional<geo::GeoRect>& area) {
+  auto handles = std::make_unique<Handles>();
   PJ_CONTEXT* context = handles->context.get();
   const Owned<PJ> reference = referenceOf(context, wkt);
   const Owned<PJ> wgs84 = referenceOf(context, "EPSG:4326");
   if (!reference || !wgs84) return notUnderstood();
-  handles->operation = bestOperation(context, wgs84.get(), reference.get(), &area);
+  handles->operation = bestOperation(context, wgs84.get(), reference.get(), area);
   if (!handles->operation) return notUnderstood();
   return Projection(std::move(handles));
 }
 
 void Projection::forward(std::span<double> x, std::span<double> y) const {
   const std::size_t count = std::min(x.size(), y.size());
-  proj_trans_generic(handles_->operation.get(), PJ_FWD, x.data(), sizeof(double), count, y.data(), sizeof(double), count,
-                     nullptr, 0, 0, nullptr, 0, 0);
+  proj_trans_generic(handles_->operation.get(), PJ_FWD, x.data(), sizeof(double), count, y.data(), sizeof(double),
+                     count, nullptr, 0, 0, nullptr, 0, 0);
 }
 
 void Projection::inverse(std::span<double> x, std::span<double> y) const {
   const std::size_t count = std::min(x.size(), y.size());
-  proj_trans_generic(handles_->operation.get(), PJ_INV, x.data(), sizeof(double), count, y.data(), sizeof(double), count,
-                     nullptr, 0, 0, nullptr, 0, 0);
+  proj_trans_generic(handles_->operation.get(), PJ_INV, x.data(), sizeof(double), count, y.data(), sizeof(double),
+                     count, nullptr, 0, 0, nullptr, 0, 0);
 }
 
 bool Projection::isIdentity() const {

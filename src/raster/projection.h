@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -13,10 +14,15 @@ namespace tellurion::raster {
 /// fixed operation for every point, so a result depends on the point alone. One thread only; move-only.
 class Projection {
  public:
+  Projection(Projection&&) noexcept;
+  Projection& operator=(Projection&&) noexcept;
+  ~Projection();
+
   /// From the geographic coordinates that the reference itself is built on: no change of datum.
   static io::Result<Projection> fromOwnGeographic(const std::string& wkt);
   /// From WGS 84, by the most accurate operation for `area` that needs no file that is not installed.
-  static io::Result<Projection> fromWgs84(const std::string& wkt, const geo::GeoRect& area);
+  /// Without an area the best operation for the whole of the reference's own.
+  static io::Result<Projection> fromWgs84(const std::string& wkt, const std::optional<geo::GeoRect>& area);
 
   /// In place: x holds longitudes and y latitudes in degrees, afterwards coordinates of the reference (east, north; its
   /// units). A point that has none becomes infinite.
@@ -28,8 +34,8 @@ class Projection {
 
  private:
   struct Handles;
-  explicit Projection(std::shared_ptr<Handles> handles);
-  std::shared_ptr<Handles> handles_;
+  explicit Projection(std::unique_ptr<Handles> handles);
+  std::unique_ptr<Handles> handles_;
 };
 
 }  // namespace tellurion::raster

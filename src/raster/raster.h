@@ -34,7 +34,9 @@ struct Raster {
 
 /// Elevation: metres, NaN where there is no data. NODATA is never zero and never blended into real values.
 inline constexpr float kNoData = std::numeric_limits<float>::quiet_NaN();
-inline bool isNoData(float v) { return std::isnan(v); }
+inline bool isNoData(float v) {
+  return std::isnan(v);
+}
 
 /// Imagery: sRGB colour, not premultiplied; a is the coverage, 0 where there is no data.
 struct Rgba8 {

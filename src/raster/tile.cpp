@@ -8,6 +8,8 @@ std::optional<Kind> kindByName(std::string_view name) {
   return std::nullopt;
 }
 
-std::string_view nameOf(Kind kind) { return kind == Kind::elevation ? "elevation" : "imagery"; }
+std::string_view nameOf(Kind kind) {
+  return kind == Kind::elevation ? "elevation" : "imagery";
+}
 
 }  // namespace tellurion::raster

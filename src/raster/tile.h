@@ -14,22 +14,22 @@ enum class Kind : std::uint8_t { elevation, imagery };
 std::optional<Kind> kindByName(std::string_view name);
 std::string_view nameOf(Kind kind);
 
-inline constexpr int kElevationCells = 64;   ///< default cells a side of an elevation tile: 65 samples
-inline constexpr int kImageryPixels = 256;   ///< default pixels a side of an imagery tile
-inline constexpr int kGutter = 1;            ///< samples around every tile that belong to its neighbours
+inline constexpr int kElevationCells = 64;  ///< default cells a side of an elevation tile: 65 samples
+inline constexpr int kImageryPixels = 256;  ///< default pixels a side of an imagery tile
+inline constexpr int kGutter = 1;           ///< samples around every tile that belong to its neighbours
 
 /// What is known of a tile's heights. NaN minimum and maximum: no data at all.
 struct HeightStatistics {
   float min_m = kNoData;
   float max_m = kNoData;
-  /// Geometric error: the largest vertical distance in metres between the bilinear surface through this tile's samples and
-  /// the finest data below it; 0 for a tile without children. The body's curvature is not in it.
+  /// Geometric error: the largest vertical distance in metres between the bilinear surface through this tile's samples
+  /// and the finest data below it; 0 for a tile without children. The body's curvature is not in it.
   float error_m = 0.0f;
 };
 
-/// Vertex-registered: sample (c, r), gutter included, lies at tile-local s = (c - 1) / cells, t = (r - 1) / cells. Neighbours
-/// hold the same values on their shared edge and, through the gutter, one sample of each other. The four corners of the
-/// gutter carry no promise.
+/// Vertex-registered: sample (c, r), gutter included, lies at tile-local s = (c - 1) / cells, t = (r - 1) / cells.
+/// Neighbours hold the same values on their shared edge and, through the gutter, one sample of each other. The four
+/// corners of the gutter carry no promise.
 struct ElevationTile {
   Raster<float> samples;  ///< (cells + 3) x (cells + 3), metres, NaN is NODATA
   int cells() const { return samples.width - 1 - 2 * kGutter; }

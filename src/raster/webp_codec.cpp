@@ -50,9 +50,8 @@ io::Result<std::vector<std::byte>> encodeWebp(const Raster<Rgba8>& image, int qu
   const int stride = image.width * static_cast<int>(sizeof(Rgba8));
   std::uint8_t* encoded = nullptr;
   const std::size_t size =
-      quality >= 100
-          ? WebPEncodeLosslessRGBA(pixels, image.width, image.height, stride, &encoded)
-          : WebPEncodeRGBA(pixels, image.width, image.height, stride, static_cast<float>(quality), &encoded);
+      quality >= 100 ? WebPEncodeLosslessRGBA(pixels, image.width, image.height, stride, &encoded)
+                     : WebPEncodeRGBA(pixels, image.width, image.height, stride, static_cast<float>(quality), &encoded);
   const std::unique_ptr<std::uint8_t, FreeWebp> owner(encoded);
   if (size == 0) return io::fail(io::Failure::Code::ioError, "WebP: out of memory while encoding");
   const auto* bytes = reinterpret_cast<const std::byte*>(encoded);

@@ -1,0 +1,164 @@
+#include "raster/sampling.h"
+
+#include <array>
+#include <cmath>
+
+#include "raster/colour.h"
+
+namespace tellurion::raster {
+namespace {
+
+/// Written so that NaN is outside.
+bool isInside(const GridTopology& grid, double col, double row) {
+  return col >= 0.0 && col <= grid.width && row >= 0.0 && row <= grid.height;
+}
+
+/// The four pixels around a place: the upper left one and the place between their middles, in [0, 1).
+struct Between {
+  int col;
+  int row;
+  double s;
+  double t;
+  /// Index of the nearest of the four; halfway the later one.
+  std::size_t nearest() const { return (s >= 0.5 ? 1u : 0u) + (t >= 0.5 ? 2u : 0u); }
+  std::array<double, 4> weights() const { return {(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t}; }
+};
+
+Between between(double col, double row) {
+  const double left = std::floor(col - 0.5);
+  const double top = std::floor(row - 0.5);
+  return {static_cast<int>(left), static_cast<int>(top), (col - 0.5) - left, (row - 0.5) - top};
+}
+
+/// Mean over those of the four that have data.
+float meanOfKnown(const std::array<float, 4>& v, const std::array<double, 4>& weights) {
+  double sum = 0.0;
+  double weight = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (isNoData(v[i])) continue;
+    sum += weights[i] * static_cast<double>(v[i]);
+    weight += weights[i];
+  }
+  return static_cast<float>(sum / weight);
+}
+
+/// Light of several pixels, weighted with area and coverage.
+struct Light {
+  double r = 0.0, g = 0.0, b = 0.0;
+  double coverage = 0.0;  ///< sum of weight * alpha
+
+  void add(const Rgba8& p, double weight) {
+    const double w = weight * p.a;
+    r += w * linearFromSrgb(p.r);
+    g += w * linearFromSrgb(p.g);
+    b += w * linearFromSrgb(p.b);
+    coverage += w;
+  }
+  /// `whole`: the weight that full coverage would have had.
+  Rgba8 colour(double whole) const {
+    const auto byte = [this](double sum) { return srgbFromLinear(static_cast<std::uint16_t>(sum / coverage + 0.5)); };
+    const auto alpha = static_cast<std::uint8_t>(std::min(coverage / whole + 0.5, 255.0));
+    return {byte(r), byte(g), byte(b), alpha};
+  }
+};
+
+/// Weights as 16-bit fractions that add up to 65536.
+std::array<std::uint32_t, 4> wholeWeights(double s, double t) {
+  const auto right = static_cast<std::uint32_t>(s * 256.0 + 0.5);
+  const auto lower = static_cast<std::uint32_t>(t * 256.0 + 0.5);
+  return {(256 - right) * (256 - lower), right * (256 - lower), (256 - right) * lower, right * lower};
+}
+
+Rgba8 opaqueMean(const std::array<Rgba8, 4>& p, double s, double t) {
+  const auto w = wholeWeights(s, t);
+  const auto mean = [&w](std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d) {
+    const std::uint32_t sum = w[0] * linearFromSrgb(a) + w[1] * linearFromSrgb(b) + w[2] * linearFromSrgb(c) +
+                              w[3] * linearFromSrgb(d) + 32768u;
+    return srgbFromLinear(static_cast<std::uint16_t>(sum >> 16u));
+  };
+  return {mean(p[0].r, p[1].r, p[2].r, p[3].r), mean(p[0].g, p[1].g, p[2].g, p[3].g),
+          mean(p[0].b, p[1].b, p[2].b, p[3].b), 255};
+}
+
+Rgba8 partlyCoveredMean(const std::array<Rgba8, 4>& p, const Between& place) {
+  if (p[place.nearest()].a == 0) return {};
+  const auto weights = place.weights();
+  Light light;
+  double known = 0.0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    if (p[i].a == 0) continue;
+    light.add(p[i], weights[i]);
+    known += weights[i];
+  }
+  return light.colour(known);
+}
+
+}  // namespace
+
+bool bilinearHeights(PixelStore<float>& store, const PixelPlaces& places, std::span<float> out) {
+  const GridTopology grid = store.levels().front();
+  std::array<float, 4> v{};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!isInside(grid, places.col[i], places.row[i])) continue;
+    const Between place = between(places.col[i], places.row[i]);
+    if (!store.quad(place.col, place.row, v)) return false;
+    const double top = static_cast<double>(v[0]) * (1.0 - place.s) + static_cast<double>(v[1]) * place.s;
+    const double bottom = static_cast<double>(v[2]) * (1.0 - place.s) + static_cast<double>(v[3]) * place.s;
+    const double height = top * (1.0 - place.t) + bottom * place.t;
+    if (!std::isnan(height)) {
+      out[i] = static_cast<float>(height);
+    } else if (!isNoData(v[place.nearest()])) {
+      out[i] = meanOfKnown(v, place.weights());
+    }
+  }
+  return true;
+}
+
+bool meanHeights(PixelStore<float>& store, const PixelPlaces& places, std::span<float> out) {
+  const GridTopology grid = store.levels().front();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!isInside(grid, places.col[i], places.row[i])) continue;
+    const PixelBox box = boxAround(places.col[i], places.row[i], places.width[i], places.height[i]);
+    double sum = 0.0;
+    double known = 0.0;
+    const auto whole = visitBox(store, box, [&](float v, double area) {
+      if (isNoData(v)) return;
+      sum += area * static_cast<double>(v);
+      known += area;
+    });
+    if (!whole) return false;
+    if (known > 0.0 && known >= 0.5 * *whole) out[i] = static_cast<float>(sum / known);
+  }
+  return true;
+}
+
+bool bilinearColours(PixelStore<Rgba8>& store, const PixelPlaces& places, std::span<Rgba8> out) {
+  const GridTopology grid = store.levels().front();
+  std::array<Rgba8, 4> p{};
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!isInside(grid, places.col[i], places.row[i])) continue;
+    const Between place = between(places.col[i], places.row[i]);
+    if (!store.quad(place.col, place.row, p)) return false;
+    if ((p[0].a & p[1].a & p[2].a & p[3].a) == 255) {
+      out[i] = opaqueMean(p, place.s, place.t);
+    } else {
+      out[i] = over(partlyCoveredMean(p, place), out[i]);
+    }
+  }
+  return true;
+}
+
+bool meanColours(PixelStore<Rgba8>& store, const PixelPlaces& places, std::span<Rgba8> out) {
+  const GridTopology grid = store.levels().front();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!isInside(grid, places.col[i], places.row[i])) continue;
+    const PixelBox box = boxAround(places.col[i], places.row[i], places.width[i], places.height[i]);
+    Light light;
+    const auto whole = visitBox(store, box, [&](const Rgba8& p, double area) { light.add(p, area); });
+    if (!whole) return false;
+    if (light.coverage > 0.0) out[i] = over(light.colour(*whole), out[i]);
+  }
+  return true;
+}
+
+}  // namespace tellurion::raster
