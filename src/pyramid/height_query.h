@@ -21,7 +21,8 @@ struct HeightAnswer {
 class HeightQuery {
  public:
   /// `source` must hold elevation. Keeps at most `cachedTiles` decoded tiles (about 20 kB each).
-  static io::Result<HeightQuery> create(std::shared_ptr<const raster::TileSource> source, std::size_t cachedTiles = 4096);
+  static io::Result<HeightQuery> create(std::shared_ptr<const raster::TileSource> source,
+                                        std::size_t cachedTiles = 4096);
   ~HeightQuery();
   HeightQuery(HeightQuery&&) noexcept;
   HeightQuery& operator=(HeightQuery&&) noexcept;

@@ -20,11 +20,11 @@ struct BuildOptions {
   std::vector<std::string> inputs;  ///< rasters, bottom first: later ones lie over earlier ones
   raster::Kind kind = raster::Kind::elevation;
   tiling::Scheme scheme = tiling::Scheme::cube;
-  std::optional<geo::Body> body;   ///< left out: what the inputs say, which must agree
-  std::optional<int> maxLevel;     ///< no tile deeper than this; what is finer is averaged
-  std::optional<double> nodata;    ///< overrides the NODATA value of every input
-  int jobs = 0;                    ///< worker threads; 0: one for each core
-  bool append = false;             ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
+  std::optional<geo::Body> body;  ///< left out: what the inputs say, which must agree
+  std::optional<int> maxLevel;    ///< no tile deeper than this; what is finer is averaged
+  std::optional<double> nodata;   ///< overrides the NODATA value of every input
+  int jobs = 0;                   ///< worker threads; 0: one for each core
+  bool append = false;  ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
 };
 
 /// How far a build is. The total is an estimate unless `totalIsExact`.
@@ -38,17 +38,17 @@ struct BuildProgress {
 using ProgressSink = std::function<void(const BuildProgress&)>;
 
 struct BuildReport {
-  std::uint64_t tiles = 0;     ///< in the finished database
-  std::uint64_t bytes = 0;     ///< its file size
-  int maxLevel = 0;            ///< the deepest level that holds a tile
+  std::uint64_t tiles = 0;       ///< in the finished database
+  std::uint64_t bytes = 0;       ///< its file size
+  int maxLevel = 0;              ///< the deepest level that holds a tile
   bool alreadyComplete = false;  ///< the same build had been finished before; nothing was done
   bool resumed = false;          ///< went on where an interrupted run was
   std::vector<std::string> warnings;
 };
 
-/// Builds or extends a tile database. All cores work; memory is bounded whatever the size of the inputs. The result is the
-/// same, byte for byte, whatever the number of threads and however often the build was killed and started again. A stop
-/// asked for through `stop` gives Failure::Code::cancelled; the same call then goes on where it was.
+/// Builds or extends a tile database. All cores work; memory is bounded whatever the size of the inputs. The result is
+/// the same, byte for byte, whatever the number of threads and however often the build was killed and started again. A
+/// stop asked for through `stop` gives Failure::Code::cancelled; the same call then goes on where it was.
 io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress = {},
                                      std::stop_token stop = {});
 

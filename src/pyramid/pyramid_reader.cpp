@@ -1,1 +1,127 @@
-// replaced
+#include "pyramid/pyramid_reader.h"
+
+#include <fmt/format.h>
+
+#include <mutex>
+
+#include "pyramid/database.h"
+
+namespace tellurion::pyramid {
+
+using Code = io::Failure::Code;
+
+struct PyramidReader::State {
+  std::filesystem::path path;
+  raster::TileSourceInfo info;
+  DatabaseMeta meta;
+  mutable std::mutex mutex;
+  mutable std::vector<TileDatabase> idle;  ///< connections that no thread uses right now
+
+  io::Result<TileDatabase> borrow() const {
+    {
+      const std::scoped_lock lock(mutex);
+      if (!idle.empty()) {
+        TileDatabase database = std::move(idle.back());
+        idle.pop_back();
+        return database;
+      }
+    }
+    return TileDatabase::open(path, Connection::Mode::read);
+  }
+  void giveBack(TileDatabase database) const {
+    const std::scoped_lock lock(mutex);
+    idle.push_back(std::move(database));
+  }
+};
+
+namespace {
+
+raster::TileSourceInfo infoOf(const std::filesystem::path& path, const DatabaseMeta& meta) {
+  return {.name = path.string(),
+          .kind = meta.kind,
+          .scheme = meta.scheme,
+          .body = meta.body,
+          .tileCells = meta.tileCells,
+          .maxLevel = meta.maxLevel,
+          .bounds = meta.bounds};
+}
+
+io::Result<std::vector<LevelSummary>> levelsOf(const TileDatabase& database) {
+  const DatabaseMeta& meta = database.meta();
+  auto select =
+      database.connection().prepare("SELECT count(*), sum(length(payload)) FROM tiles WHERE id BETWEEN ? AND ?");
+  if (!select) return tl::unexpected(select.error());
+  std::vector<LevelSummary> levels;
+  for (int level = 0; level <= meta.maxLevel; ++level) {
+    const RowRange rows = rowsOfLevel(level);
+    select->bind(1, rows.first).bind(2, rows.last);
+    const auto row = select->step();
+    if (!row) return tl::unexpected(row.error());
+    const auto tiles = static_cast<std::uint64_t>(select->integer(0));
+    const auto bytes = static_cast<std::uint64_t>(select->integer(1));
+    select->reset();
+    if (tiles == 0) continue;
+    const geo::Angle spacing = tiling::Tiling(meta.scheme).metrics(level).meanEdge / meta.tileCells;
+    levels.push_back({.level = level, .tiles = tiles, .payloadBytes = bytes, .spacing = spacing});
+  }
+  return levels;
+}
+
+}  // namespace
+
+PyramidReader::PyramidReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PyramidReader::~PyramidReader() = default;
+
+io::Result<std::shared_ptr<const PyramidReader>> PyramidReader::open(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path.string());
+  if (!std::filesystem::is_regular_file(path, error))
+    return io::fail(Code::invalidArgument, "not a file", path.string());
+  auto database = TileDatabase::open(path, Connection::Mode::read);
+  if (!database) return tl::unexpected(database.error());
+  if (!database->meta().complete) {
+    return io::fail(Code::invalidArgument, "this tile database is not finished; run the command that builds it again",
+                    path.string());
+  }
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->meta = database->meta();
+  state->info = infoOf(path, database->meta());
+  state->giveBack(std::move(*database));
+  return std::shared_ptr<const PyramidReader>(new PyramidReader(std::move(state)));
+}
+
+const raster::TileSourceInfo& PyramidReader::info() const {
+  return state_->info;
+}
+
+io::Result<std::optional<raster::SourceTile>> PyramidReader::load(const tiling::TileId& id) const {
+  if (id.level > state_->info.maxLevel) return std::optional<raster::SourceTile>{};
+  auto database = state_->borrow();
+  if (!database) return tl::unexpected(database.error());
+  const auto record = database->read(id);
+  state_->giveBack(std::move(*database));
+  if (!record) return tl::unexpected(record.error());
+  if (!*record) return std::optional<raster::SourceTile>{};
+  auto tile = decoded(**record, state_->info.kind, state_->info.tileCells);
+  if (!tile) {
+    return io::fail(tile.error().code, fmt::format("{}: {}", nameOf(id), tile.error().message), state_->info.name);
+  }
+  return std::optional(std::move(*tile));
+}
+
+io::Result<PyramidSummary> PyramidReader::summary() const {
+  auto database = state_->borrow();
+  if (!database) return tl::unexpected(database.error());
+  auto levels = levelsOf(*database);
+  state_->giveBack(std::move(*database));
+  if (!levels) return tl::unexpected(levels.error());
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(state_->path, error);
+  return PyramidSummary{.heightStep_m = state_->meta.heightStep_m,
+                        .fileBytes = error ? 0 : bytes,
+                        .levels = std::move(*levels),
+                        .sources = state_->meta.sources};
+}
+
+}  // namespace tellurion::pyramid

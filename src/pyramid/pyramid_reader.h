@@ -21,12 +21,12 @@ struct LevelSummary {
 struct PyramidSummary {
   double heightStep_m = 0.0;  ///< heights are multiples of it; 0: 32-bit floating point, kept exactly
   std::uint64_t fileBytes = 0;
-  std::vector<LevelSummary> levels;   ///< only levels that hold tiles, coarsest first
-  std::vector<std::string> sources;   ///< the inputs, as they were named, bottom first
+  std::vector<LevelSummary> levels;  ///< only levels that hold tiles, coarsest first
+  std::vector<std::string> sources;  ///< the inputs, as they were named, bottom first
 };
 
-/// A finished tile database (docs/tile-database.md), read only. Safe on untrusted files: every size, range and checksum is
-/// checked before it is believed. Thread-safe: each thread that asks at the same time gets a connection of its own.
+/// A finished tile database (docs/tile-database.md), read only. Safe on untrusted files: every size, range and checksum
+/// is checked before it is believed. Thread-safe: each thread that asks at the same time gets a connection of its own.
 class PyramidReader final : public raster::TileSource {
  public:
   /// Fails when there is no such file, it is no tile database, of another format version, damaged, or not finished.

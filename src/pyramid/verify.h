@@ -11,7 +11,7 @@
 namespace tellurion::pyramid {
 
 struct VerifyOptions {
-  int jobs = 0;                ///< worker threads; 0: one for each core
+  int jobs = 0;                 ///< worker threads; 0: one for each core
   std::size_t maxFaults = 100;  ///< no more than this many are kept as text; all are counted
 };
 

@@ -1,0 +1,126 @@
+#include <fmt/format.h>
+
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "app/progress.h"
+#include "app/subcommands.h"
+#include "pyramid/pyramid_builder.h"
+#include "scene/scene_file.h"
+
+namespace tellurion::app {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kWrongUse = 2;
+constexpr int kInterrupted = 130;
+
+struct Arguments {
+  std::string output;
+  std::vector<std::string> inputs;
+  std::string kind;
+  std::string tiling = "cube";
+  std::string body;
+  std::optional<int> maxLevel;
+  std::optional<double> nodata;
+  int jobs = 0;
+  bool append = false;
+};
+
+[[noreturn]] void end(int status, const std::string& message) {
+  fmt::print(stderr, "tellurion build: {}\n", message);
+  throw CLI::RuntimeError(status);
+}
+
+/// earth, mars, moon, or what a TOML file says: body = { semi_major_axis_m = ..., inverse_flattening = ... }.
+geo::Body bodyNamed(const std::string& name) {
+  if (const auto known = geo::bodyByName(name)) return *known;
+  std::ifstream file(name, std::ios::binary);
+  if (!file) end(kWrongUse, fmt::format("--body '{}': neither earth, mars, moon nor a file", name));
+  std::ostringstream text;
+  text << file.rdbuf();
+  const auto scene = scene::parseScene(text.str(), name);
+  if (!scene) end(kFailed, io::describe(scene.error()));
+  return scene->body;
+}
+
+pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
+  pyramid::BuildOptions options;
+  options.output = arguments.output;
+  options.inputs = arguments.inputs;
+  options.kind = *raster::kindByName(arguments.kind);
+  options.scheme = *tiling::schemeByName(arguments.tiling);
+  if (!arguments.body.empty()) options.body = bodyNamed(arguments.body);
+  options.maxLevel = arguments.maxLevel;
+  options.nodata = arguments.nodata;
+  options.jobs = arguments.jobs;
+  options.append = arguments.append;
+  return options;
+}
+
+void report(const Arguments& arguments, const pyramid::BuildReport& report, double seconds) {
+  for (const std::string& warning : report.warnings)
+    fmt::print(stderr, "warning: {}\n", warning);
+  if (report.alreadyComplete) {
+    fmt::print(stderr, "{} is complete already: {} tiles, {:.1f} MiB\n", arguments.output, report.tiles,
+               static_cast<double>(report.bytes) / (1 << 20));
+    return;
+  }
+  fmt::print(stderr, "{}{}: {} tiles, deepest level {}, {:.1f} MiB, {:.1f} s\n", arguments.output,
+             report.resumed ? " finished" : "", report.tiles, report.maxLevel,
+             static_cast<double>(report.bytes) / (1 << 20), seconds);
+}
+
+void run(const Arguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  const pyramid::BuildOptions options = optionsFrom(arguments);
+  const InterruptStop interrupt;
+  ProgressLine line("building " + arguments.output);
+  const auto sink = [&](const pyramid::BuildProgress& progress) {
+    line.show(progress.done, progress.total, "tiles", progress.doneBefore);
+  };
+  const auto built = pyramid::buildPyramid(options, sink, interrupt.token());
+  line.clear();
+  if (!built) {
+    const bool stopped = built.error().code == io::Failure::Code::cancelled;
+    end(stopped ? kInterrupted : kFailed, io::describe(built.error()));
+  }
+  report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+}  // namespace
+
+void addBuild(CLI::App& program) {
+  auto* command = program.add_subcommand("build", "Build or extend a tile database from rasters");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("OUT.tdb", arguments->output, "The tile database to write")->required();
+  command->add_option("INPUT", arguments->inputs, "Rasters that GDAL reads; later ones lie over earlier ones")
+      ->required();
+  command->add_option("--kind", arguments->kind, "What the inputs hold: elevation or imagery")
+      ->required()
+      ->check(CLI::IsMember({"elevation", "imagery"}));
+  command->add_option("--tiling", arguments->tiling, "How the surface is cut: geographic, cube or healpix [cube]")
+      ->check(CLI::IsMember({"geographic", "cube", "healpix"}));
+  command->add_option(
+      "--body", arguments->body,
+      "earth, mars, moon, or a TOML file with body = { semi_major_axis_m = A, inverse_flattening = F }; "
+      "left out: what the inputs say");
+  command
+      ->add_option("--max-level", arguments->maxLevel,
+                   "No tile deeper than this; finer data is averaged. Left out: as deep as each input is fine")
+      ->check(CLI::Range(0, tiling::kMaxLevel));
+  command->add_option("--jobs", arguments->jobs, "Threads; left out: one for each core")->check(CLI::Range(1, 1024));
+  command->add_option("--nodata", arguments->nodata, "The stored value that means 'no data', for all inputs");
+  command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
+  command->footer(
+      "A run that was interrupted, or even killed, goes on where it was when the same command is given again, and "
+      "ends\n"
+      "with the same bytes. Until then the work is in OUT.tdb.part.\n\n"
+      "Example: the whole Earth, then Mount Everest over it, three times finer than anywhere else\n"
+      "  tellurion build earth.tdb etopo5_dem_10min.tif --kind elevation\n"
+      "  tellurion build earth.tdb srtm3_everest_N27E086.tif --kind elevation --append");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace tellurion::app

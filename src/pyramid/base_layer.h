@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+
+#include "pyramid/pyramid_reader.h"
+
+namespace tellurion::pyramid {
+
+/// The database under an append, as a bottom layer: the samples of any tile, from the stored tile or else from its
+/// nearest stored ancestor. Thread-safe.
+class BaseLayer {
+ public:
+  explicit BaseLayer(std::shared_ptr<const PyramidReader> reader) : reader_(std::move(reader)) {}
+
+  /// With gutter; NODATA, or no coverage, where no ancestor is stored.
+  io::Result<raster::Raster<float>> heights(const tiling::TileId& id) const;
+  io::Result<raster::Raster<raster::Rgba8>> colours(const tiling::TileId& id) const;
+
+ private:
+  struct Found {
+    raster::SourceTile tile;
+    tiling::TileId id;
+  };
+  io::Result<std::optional<Found>> nearest(const tiling::TileId& id) const;
+  std::shared_ptr<const PyramidReader> reader_;
+};
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,155 @@
+#include "pyramid/build_plan.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tellurion::pyramid {
+namespace {
+
+using Code = io::Failure::Code;
+
+/// A raster is not blown up by a level only because its spacing is a hair finer than the level's.
+constexpr double kSpacingSlack = 1.01;
+/// Part of every key: raised when the same inputs would give other bytes.
+constexpr int kBuilderVersion = 1;
+
+/// FNV-1a, 64 bits, as hexadecimal digits: a name for a text, not a protection.
+std::string digestOf(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : text) {
+    hash ^= static_cast<std::uint8_t>(c);
+    hash *= 0x100000001b3u;
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+/// What tells one content of a file from another without reading it.
+std::string signatureOf(const std::string& path) {
+  std::error_code error;
+  const auto absolute = std::filesystem::weakly_canonical(path, error);
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return path;
+  const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
+  return fmt::format("{}|{}|{}", absolute.string(), size, time);
+}
+
+std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta) {
+  std::string text = fmt::format("{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, options.append, nameOf(meta.kind),
+                                 tiling::nameOf(meta.scheme), meta.body.ellipsoid.semiMajorAxis_m(),
+                                 meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
+  if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
+  for (const std::string& input : options.inputs)
+    text += "\n" + signatureOf(input);
+  return digestOf(text);
+}
+
+io::Result<void> checkOptions(const BuildOptions& options) {
+  if (options.inputs.empty()) return io::fail(Code::invalidArgument, "no input: name at least one raster");
+  if (options.maxLevel && (*options.maxLevel < 0 || *options.maxLevel > tiling::kMaxLevel)) {
+    return io::fail(Code::invalidArgument, fmt::format("the deepest level must be 0 to {}", tiling::kMaxLevel));
+  }
+  if (options.jobs < 0) return io::fail(Code::invalidArgument, "the number of jobs must not be negative");
+  return {};
+}
+
+io::Result<void> checkBase(const BuildOptions& options, const DatabaseMeta& base) {
+  const std::string where = options.output.string();
+  if (base.kind != options.kind) {
+    return io::fail(Code::invalidArgument, fmt::format("holds {}; append the same kind", nameOf(base.kind)), where);
+  }
+  if (base.scheme != options.scheme) {
+    return io::fail(Code::invalidArgument,
+                    fmt::format("is cut by the {0} tiling; append with --tiling {0}", tiling::nameOf(base.scheme)),
+                    where);
+  }
+  return {};
+}
+
+PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info) {
+  const tiling::Tiling tiling(meta.scheme);
+  PlannedInput input{.path = info.path,
+                     .depth = depthForSpacing(tiling, meta.tileCells, info.finestSpacing),
+                     .footprint = {},
+                     .bounds = info.bounds};
+  if (options.maxLevel && *options.maxLevel < input.depth) {
+    input.depth = *options.maxLevel;
+    input.footprint = tiling.metrics(input.depth).meanEdge / meta.tileCells;
+  }
+  return input;
+}
+
+/// 0, floating point, wins; else the finer step.
+double finerStep(std::optional<double> soFar, double step) {
+  if (!soFar) return step;
+  return *soFar == 0.0 || step == 0.0 ? 0.0 : std::min(*soFar, step);
+}
+
+/// Lays one input's facts over the plan.
+io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo& info, bool isFirst, BuildPlan& plan) {
+  if (isFirst) {
+    plan.meta.body = info.body;
+    plan.meta.bounds = info.bounds;
+  } else if (!(plan.meta.body.ellipsoid == info.body.ellipsoid)) {
+    return io::fail(Code::invalidArgument,
+                    fmt::format("lies on {}, but what is below it on {}; say --body if one of them is wrong",
+                                info.body.name, plan.meta.body.name),
+                    info.path);
+  } else {
+    plan.meta.bounds = plan.meta.bounds.united(info.bounds);
+  }
+  const bool stepIsKnown = !isFirst && options.kind == raster::Kind::elevation;
+  plan.meta.heightStep_m = options.kind == raster::Kind::imagery
+                               ? 0.0
+                               : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
+                                           heightStepFor(info.heightQuantum_m));
+  plan.meta.sources.push_back(info.path);
+  plan.inputs.push_back(plannedInput(options, plan.meta, info));
+  plan.deepestLevel = std::max(plan.deepestLevel, plan.inputs.back().depth);
+  for (const std::string& warning : info.warnings)
+    plan.warnings.push_back(info.path + ": " + warning);
+  return {};
+}
+
+}  // namespace
+
+int depthForSpacing(const tiling::Tiling& tiling, int tileCells, geo::Angle spacing) {
+  int level = 0;
+  while (level < tiling::kMaxLevel && tiling.metrics(level).largestEdge / tileCells > spacing * kSpacingSlack)
+    ++level;
+  return level;
+}
+
+double heightStepFor(double heightQuantum_m) {
+  if (!(heightQuantum_m > 0.0) || !std::isfinite(heightQuantum_m)) return 0.0;
+  return std::exp2(std::floor(std::log2(heightQuantum_m / 16.0)));
+}
+
+io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base) {
+  if (auto ok = checkOptions(options); !ok) return tl::unexpected(ok.error());
+  BuildPlan plan;
+  plan.rasterOptions = {.nodata = options.nodata, .body = options.body};
+  if (base) {
+    if (auto ok = checkBase(options, *base); !ok) return tl::unexpected(ok.error());
+    plan.meta = *base;
+    plan.meta.complete = false;
+    plan.base = options.output;
+    plan.deepestLevel = base->maxLevel;
+  } else {
+    plan.meta.kind = options.kind;
+    plan.meta.scheme = options.scheme;
+    plan.meta.tileCells = options.kind == raster::Kind::elevation ? raster::kElevationCells : raster::kImageryPixels;
+  }
+  for (const std::string& path : options.inputs) {
+    const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
+    if (!file) return tl::unexpected(file.error());
+    const bool isFirst = !base && plan.inputs.empty();
+    if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
+  }
+  plan.meta.maxLevel = plan.deepestLevel;
+  plan.meta.requestKey = requestKeyOf(options, plan.meta);
+  plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
+  return plan;
+}
+
+}  // namespace tellurion::pyramid

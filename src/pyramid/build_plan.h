@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pyramid/database.h"
+#include "pyramid/pyramid_builder.h"
+#include "raster/raster_file.h"
+
+namespace tellurion::pyramid {
+
+struct PlannedInput {
+  std::string path;
+  /// The smallest level whose largest sample spacing does not exceed the input's finest, no deeper than asked for.
+  int depth = 0;
+  /// Side of the area that a sample averages; 0: bilinear. Wide only where the depth asked for is less than the natural
+  /// one.
+  geo::Angle footprint;
+  geo::GeoRect bounds;
+};
+
+/// All that is decided before the first tile is made. Immutable: worker threads share it.
+struct BuildPlan {
+  raster::RasterOptions rasterOptions;
+  std::vector<PlannedInput> inputs;
+  DatabaseMeta meta;  ///< of the database when it is finished, but for its deepest level and `complete`
+  int deepestLevel = 0;
+  std::optional<std::filesystem::path> base;  ///< the database that the inputs are laid over
+  std::vector<std::string> warnings;
+
+  tiling::Tiling tiling() const { return tiling::Tiling(meta.scheme); }
+};
+
+/// Opens each input once and decides. `base`: the database that --append found at the output.
+io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base);
+
+/// The natural depth of a spacing: see PlannedInput::depth. At most kMaxLevel.
+int depthForSpacing(const tiling::Tiling& tiling, int tileCells, geo::Angle spacing);
+
+/// The step of stored heights: the quantum / 16, rounded down to a power of two; 0 for floating point.
+double heightStepFor(double heightQuantum_m);
+
+}  // namespace tellurion::pyramid

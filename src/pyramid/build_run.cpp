@@ -1,0 +1,195 @@
+#include "pyramid/build_run.h"
+
+#include <utility>
+
+namespace tellurion::pyramid {
+namespace {
+
+using Code = io::Failure::Code;
+
+constexpr int kGroupSize = 128;
+constexpr std::chrono::milliseconds kReportInterval{100};
+
+std::size_t windowFor(int jobs) {
+  return 4 * static_cast<std::size_t>(jobs) + 8;
+}
+
+}  // namespace
+
+BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, const ProgressSink& progress,
+                   std::stop_token stop)
+    : plan_(plan),
+      database_(database),
+      progress_(progress),
+      stop_(std::move(stop)),
+      inputs_(plan),
+      work_(jobs, windowFor(jobs)) {}
+
+io::Result<void> BuildRun::prepareBase() {
+  if (!plan_.base) return {};
+  auto rows = TileDatabase::open(*plan_.base, Connection::Mode::read);
+  if (!rows) return tl::unexpected(rows.error());
+  baseRows_.emplace(std::move(*rows));
+  auto reader = PyramidReader::open(*plan_.base);
+  if (!reader) return tl::unexpected(reader.error());
+  base_.emplace(std::move(*reader));
+  return {};
+}
+
+io::Result<void> BuildRun::estimate() {
+  total_ = position_.done;
+  TileDatabase* base = baseRows_ ? &*baseRows_ : nullptr;
+  for (int level = 0; level <= position_.level; ++level) {
+    const auto count = estimatedCandidates(plan_, inputs_, base, level);
+    if (!count) return tl::unexpected(count.error());
+    total_ += *count;
+  }
+  return {};
+}
+
+io::Result<void> BuildRun::run(BuildPosition start) {
+  position_ = start;
+  committed_ = start;
+  doneBefore_ = start.done;
+  if (auto ok = prepareBase(); !ok) return ok;
+  if (auto ok = estimate(); !ok) return ok;
+  while (true) {
+    if (auto ok = runLevel(); !ok) {
+      if (groupIsOpen_) database_.rollback();
+      return ok;
+    }
+    if (position_.level == 0) return {};
+    position_.level -= 1;
+    position_.row = 0;
+  }
+}
+
+/// Keeps the window of work full, writes what comes out, and commits the level's last group.
+io::Result<void> BuildRun::runLevel() {
+  TileWalk walk(plan_, inputs_, baseRows_ ? &*baseRows_ : nullptr, position_.level, position_.row);
+  bool isExhausted = false;
+  while (!isExhausted || !work_.isEmpty()) {
+    if (stop_.stop_requested()) {
+      return io::fail(Code::cancelled, "stopped; the same command goes on where it was", plan_.meta.buildKey);
+    }
+    if (isExhausted || work_.isFull()) {
+      if (auto ok = finishOldest(); !ok) return ok;
+      continue;
+    }
+    const auto candidate = walk.next();
+    if (!candidate) return tl::unexpected(candidate.error());
+    isExhausted = !candidate->has_value();
+    if (isExhausted) continue;
+    if (auto ok = submit(**candidate); !ok) return ok;
+  }
+  return commitGroup();
+}
+
+io::Result<void> BuildRun::submit(const Candidate& candidate) {
+  auto task = taskFor(candidate);
+  if (!task) return tl::unexpected(task.error());
+  pending_.push_back(candidate.id);
+  work_.push([this, shared = std::make_shared<const TileTask>(std::move(*task))] {
+    return makerOfThisThread().make(*shared);
+  });
+  return {};
+}
+
+TileMaker& BuildRun::makerOfThisThread() {
+  const std::scoped_lock lock(makersMutex_);
+  std::unique_ptr<TileMaker>& maker = makers_[std::this_thread::get_id()];
+  if (!maker) maker = std::make_unique<TileMaker>(plan_, base_ ? &*base_ : nullptr);
+  return *maker;
+}
+
+io::Result<TileTask> BuildRun::taskFor(const Candidate& candidate) {
+  TileTask task{.id = candidate.id, .inputs = candidate.inputs, .children = {}, .beyond = {}};
+  if (candidate.id.level >= plan_.deepestLevel) return task;
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    auto child = database_.read(candidate.id.child(quadrant));
+    if (!child) return tl::unexpected(child.error());
+    task.children[static_cast<std::size_t>(quadrant)] = std::move(*child);
+  }
+  if (plan_.meta.kind != raster::Kind::elevation || !task.hasChildren()) return task;
+  if (auto ok = readBeyond(task); !ok) return tl::unexpected(ok.error());
+  return task;
+}
+
+/// The stored tiles of the children's level across each half of each edge.
+io::Result<void> BuildRun::readBeyond(TileTask& task) {
+  struct Half {
+    tiling::Edge edge;
+    std::size_t half;
+    int quadrant;
+  };
+  using enum tiling::Edge;
+  constexpr std::array<Half, 8> kHalves = {{{top, 0, 0},
+                                            {top, 1, 1},
+                                            {right, 0, 1},
+                                            {right, 1, 3},
+                                            {bottom, 0, 2},
+                                            {bottom, 1, 3},
+                                            {left, 0, 0},
+                                            {left, 1, 2}}};
+  for (const Half& half : kHalves) {
+    const tiling::EdgeNeighbour neighbour = plan_.tiling().edgeNeighbour(task.id.child(half.quadrant), half.edge);
+    auto record = database_.read(neighbour.tile);
+    if (!record) return tl::unexpected(record.error());
+    if (!*record) continue;
+    task.beyond[static_cast<std::size_t>(half.edge)][half.half] =
+        AdjacentTile{.record = std::move(**record), .edge = neighbour.edge, .reversed = neighbour.reversed};
+  }
+  return {};
+}
+
+io::Result<void> BuildRun::finishOldest() {
+  Made made = work_.pop();
+  const tiling::TileId id = pending_.front();
+  pending_.pop_front();
+  if (!made) return tl::unexpected(made.error());
+  if (!groupIsOpen_) {
+    if (auto ok = beginGroup(); !ok) return ok;
+  }
+  if (*made) {
+    if (auto ok = database_.write(**made); !ok) return ok;
+  }
+  position_.row = rowNumberOf(id);
+  position_.done += 1;
+  groupSize_ += 1;
+  report();
+  return groupSize_ >= kGroupSize ? commitGroup() : io::Result<void>{};
+}
+
+/// Nobody else may have written since the last commit: two builds of the same file would ruin each other's order.
+io::Result<void> BuildRun::beginGroup() {
+  if (auto ok = database_.begin(); !ok) return ok;
+  groupIsOpen_ = true;
+  const auto found = database_.position();
+  if (!found) return tl::unexpected(found.error());
+  if (*found && **found == committed_) return {};
+  return io::fail(Code::ioError, "another program builds the same file; wait for it to end",
+                  database_.connection().path());
+}
+
+io::Result<void> BuildRun::commitGroup() {
+  if (!groupIsOpen_) return {};
+  if (auto ok = database_.writePosition(position_); !ok) return ok;
+  if (auto ok = database_.commit(); !ok) return ok;
+  committed_ = position_;
+  groupIsOpen_ = false;
+  groupSize_ = 0;
+  return {};
+}
+
+void BuildRun::report() {
+  if (!progress_) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - lastReport_ < kReportInterval) return;
+  lastReport_ = now;
+  progress_({.level = position_.level,
+             .done = position_.done,
+             .total = std::max(total_, position_.done),
+             .doneBefore = doneBefore_});
+}
+
+}  // namespace tellurion::pyramid

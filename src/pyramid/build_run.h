@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "pyramid/ordered_work.h"
+#include "pyramid/tile_maker.h"
+#include "pyramid/tile_walk.h"
+
+namespace tellurion::pyramid {
+
+/// One run over an unfinished database: level by level from the deepest up, tiles in the order of their rows, committed
+/// in groups whose borders depend on the plan alone. So a run that goes on after a kill makes the same groups, and the
+/// file the same bytes. One thread only; its workers are its own.
+class BuildRun {
+ public:
+  BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, const ProgressSink& progress, std::stop_token stop);
+
+  /// From where the database says to the end of level 0. Its last commit does not yet make the database complete.
+  io::Result<void> run(BuildPosition start);
+
+ private:
+  using Made = io::Result<std::optional<TileRecord>>;
+  struct Pending {
+    tiling::TileId id;
+    bool stored = false;  ///< there is a row already: an append replaces it
+  };
+
+  io::Result<void> prepareBase();
+  io::Result<void> runLevel();
+  io::Result<void> submit(const Candidate& candidate);
+  io::Result<TileTask> taskFor(const Candidate& candidate);
+  io::Result<void> readBeyond(TileTask& task);
+  io::Result<void> finishOldest();
+  io::Result<void> beginGroup();
+  io::Result<void> commitGroup();
+  TileMaker& makerOfThisThread();
+  io::Result<void> estimate();
+  void report();
+
+  const BuildPlan& plan_;
+  TileDatabase& database_;
+  const ProgressSink& progress_;
+  std::stop_token stop_;
+  InputSet inputs_;
+  std::optional<TileDatabase> baseRows_;
+  std::optional<BaseLayer> base_;
+
+  BuildPosition position_;  ///< of what is in the open group
+  BuildPosition committed_;
+  int groupSize_ = 0;
+  bool groupIsOpen_ = false;
+  std::uint64_t total_ = 0;
+  std::uint64_t doneBefore_ = 0;
+  std::chrono::steady_clock::time_point lastReport_;
+
+  std::deque<tiling::TileId> pending_;
+  std::mutex makersMutex_;
+  std::map<std::thread::id, std::unique_ptr<TileMaker>> makers_;
+  OrderedWork<Made> work_;  // last: its threads use the makers
+};
+
+}  // namespace tellurion::pyramid

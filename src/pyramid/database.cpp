@@ -1,0 +1,406 @@
+#include "pyramid/database.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+namespace tellurion::pyramid {
+namespace {
+
+using Code = io::Failure::Code;
+
+constexpr std::int64_t kApplicationId = 0x544C524E;  // "TLRN"
+constexpr std::int64_t kFormatVersion = 1;
+
+constexpr std::string_view kTilesTable =
+    "CREATE TABLE tiles (id INTEGER PRIMARY KEY, level INTEGER NOT NULL, root INTEGER NOT NULL, x INTEGER NOT NULL, "
+    "y INTEGER NOT NULL, min_m REAL, max_m REAL, error_m REAL, child_mask INTEGER NOT NULL, children BLOB, "
+    "checksum INTEGER NOT NULL, payload BLOB NOT NULL)";
+constexpr std::string_view kMetaTable = "CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID";
+constexpr std::string_view kSourcesTable = "CREATE TABLE sources (number INTEGER PRIMARY KEY, path TEXT NOT NULL)";
+
+constexpr std::int64_t kMostSources = 1'000'000;
+
+/// The table of names and values, read whole.
+struct MetaTable {
+  std::string where;
+  std::map<std::string, std::string, std::less<>> texts;
+  std::map<std::string, double, std::less<>> numbers;
+
+  io::Result<std::string> text(std::string_view key) const {
+    const auto found = texts.find(key);
+    if (found != texts.end()) return found->second;
+    return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a text '{}'", key), where);
+  }
+  io::Result<double> number(std::string_view key, double low, double high) const {
+    const auto found = numbers.find(key);
+    if (found == numbers.end()) {
+      return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a number '{}'", key), where);
+    }
+    if (found->second >= low && found->second <= high) return found->second;
+    return io::fail(Code::corrupt, fmt::format("'{}' in the table 'meta' is out of its range", key), where);
+  }
+};
+
+io::Result<MetaTable> readTable(const Connection& connection) {
+  MetaTable table{.where = connection.path(), .texts = {}, .numbers = {}};
+  auto rows = connection.prepare("SELECT key, value, typeof(value) FROM meta LIMIT 1000");
+  if (!rows) return tl::unexpected(rows.error());
+  while (true) {
+    const auto row = rows->step();
+    if (!row) return tl::unexpected(row.error());
+    if (!*row) return table;
+    if (rows->text(2) == "text") {
+      table.texts[rows->text(0)] = rows->text(1);
+    } else {
+      table.numbers[rows->text(0)] = rows->real(1);
+    }
+  }
+}
+
+io::Result<std::vector<std::string>> readSources(const Connection& connection) {
+  std::vector<std::string> sources;
+  auto rows = connection.prepare(fmt::format("SELECT path FROM sources ORDER BY number LIMIT {}", kMostSources));
+  if (!rows) return tl::unexpected(rows.error());
+  while (true) {
+    const auto row = rows->step();
+    if (!row) return tl::unexpected(row.error());
+    if (!*row) return sources;
+    sources.push_back(rows->text(0));
+  }
+}
+
+io::Result<void> checkSchema(const Connection& connection) {
+  const auto application = connection.integer("PRAGMA application_id");
+  if (!application) return tl::unexpected(application.error());
+  if (*application != kApplicationId) {
+    return io::fail(Code::corrupt, "an SQLite file, but not a tile database", connection.path());
+  }
+  const auto version = connection.integer("PRAGMA user_version");
+  if (!version) return tl::unexpected(version.error());
+  if (*version != kFormatVersion) {
+    return io::fail(Code::unsupported,
+                    fmt::format("tile database of format version {}; this program reads version {}: build it again",
+                                *version, kFormatVersion),
+                    connection.path());
+  }
+  for (const std::string_view table : {kTilesTable, kMetaTable, kSourcesTable}) {
+    auto found = connection.prepare("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND sql = ?");
+    if (!found) return tl::unexpected(found.error());
+    found->bind(1, table);
+    const auto row = found->step();
+    if (!row) return tl::unexpected(row.error());
+    if (!*row || found->integer(0) != 1) {
+      return io::fail(Code::corrupt, "its tables are not those of a tile database", connection.path());
+    }
+  }
+  return {};
+}
+
+io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
+  const auto kindName = table.text("kind");
+  const auto schemeName = table.text("tiling");
+  if (!kindName) return tl::unexpected(kindName.error());
+  if (!schemeName) return tl::unexpected(schemeName.error());
+  const auto kind = raster::kindByName(*kindName);
+  const auto scheme = tiling::schemeByName(*schemeName);
+  if (!kind) return io::fail(Code::corrupt, "unknown kind of samples", table.where);
+  if (!scheme) return io::fail(Code::corrupt, "unknown tiling", table.where);
+  meta.kind = *kind;
+  meta.scheme = *scheme;
+  const auto cells = table.number("tile_cells", 4, 1024);
+  const auto maxLevel = table.number("max_level", 0, tiling::kMaxLevel);
+  if (!cells) return tl::unexpected(cells.error());
+  if (!maxLevel) return tl::unexpected(maxLevel.error());
+  meta.tileCells = static_cast<int>(*cells);
+  meta.maxLevel = static_cast<int>(*maxLevel);
+  if (!std::has_single_bit(static_cast<unsigned>(meta.tileCells))) {
+    return io::fail(Code::corrupt, "the tiles' size is not a power of two", table.where);
+  }
+  return {};
+}
+
+io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
+  const auto name = table.text("body_name");
+  if (!name) return tl::unexpected(name.error());
+  constexpr std::array<std::string_view, 7> kKeys = {"body_semi_major_axis_m", "body_flattening", "south_degrees",
+                                                     "west_degrees",           "north_degrees",   "width_degrees",
+                                                     "height_step_m"};
+  constexpr std::array<double, 7> kLow = {1e-3, 0.0, -90.0, -180.0, -90.0, 0.0, 0.0};
+  constexpr std::array<double, 7> kHigh = {1e12, 0.99, 90.0, 180.0, 90.0, 360.0, 1e9};
+  std::array<double, 7> values{};
+  for (std::size_t i = 0; i < kKeys.size(); ++i) {
+    const auto value = table.number(kKeys[i], kLow[i], kHigh[i]);
+    if (!value) return tl::unexpected(value.error());
+    values[i] = *value;
+  }
+  meta.body = geo::Body{*name, geo::Ellipsoid(values[0], values[1])};
+  meta.bounds = geo::GeoRect{.south = geo::Angle::degrees(values[2]),
+                             .north = geo::Angle::degrees(values[4]),
+                             .west = geo::Angle::degrees(values[3]),
+                             .width = geo::Angle::degrees(values[5])};
+  meta.heightStep_m = values[6];
+  return {};
+}
+
+io::Result<DatabaseMeta> readMeta(const Connection& connection) {
+  const auto table = readTable(connection);
+  if (!table) return tl::unexpected(table.error());
+  DatabaseMeta meta;
+  if (auto ok = parseShape(*table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parsePlace(*table, meta); !ok) return tl::unexpected(ok.error());
+  const auto complete = table->number("complete", 0, 1);
+  const auto buildKey = table->text("build_key");
+  const auto requestKey = table->text("request_key");
+  auto sources = readSources(connection);
+  if (!complete) return tl::unexpected(complete.error());
+  if (!buildKey) return tl::unexpected(buildKey.error());
+  if (!requestKey) return tl::unexpected(requestKey.error());
+  if (!sources) return tl::unexpected(sources.error());
+  meta.complete = *complete != 0.0;
+  meta.buildKey = *buildKey;
+  meta.requestKey = *requestKey;
+  meta.sources = std::move(*sources);
+  return meta;
+}
+
+/// Stops at the first failure and keeps it.
+class MetaWriter {
+ public:
+  explicit MetaWriter(const Connection& connection)
+      : statement_(
+            connection.prepare("INSERT INTO meta VALUES (?, ?) ON CONFLICT DO UPDATE SET value = excluded.value")) {}
+  template <class T>
+  void put(std::string_view key, T value) {
+    if (!statement_ || !result_) return;
+    statement_->bind(1, key).bind(2, value);
+    result_ = statement_->run();
+  }
+  io::Result<void> result() const {
+    if (!statement_) return tl::unexpected(statement_.error());
+    return result_;
+  }
+
+ private:
+  io::Result<Statement> statement_;
+  io::Result<void> result_;
+};
+
+io::Result<void> writeSources(const Connection& connection, const std::vector<std::string>& sources) {
+  auto insert = connection.prepare("INSERT OR IGNORE INTO sources VALUES (?, ?)");
+  if (!insert) return tl::unexpected(insert.error());
+  std::int64_t number = 0;
+  for (const std::string& source : sources) {
+    insert->bind(1, ++number).bind(2, std::string_view(source));
+    if (auto ok = insert->run(); !ok) return ok;
+  }
+  return {};
+}
+
+io::Result<void> createTables(const Connection& connection) {
+  const std::string application = fmt::format("PRAGMA application_id = {}", kApplicationId);
+  const std::string version = fmt::format("PRAGMA user_version = {}", kFormatVersion);
+  for (const std::string_view sql :
+       {std::string_view(application), std::string_view(version), kMetaTable, kSourcesTable, kTilesTable}) {
+    if (auto ok = connection.execute(sql); !ok) return ok;
+  }
+  return {};
+}
+
+/// What every writing connection needs so that the file's bytes depend on its content alone: a fixed page size, no
+/// pages written before a commit, a rollback journal that is gone after it.
+io::Result<void> prepareWriting(const Connection& connection) {
+  for (const std::string_view sql : {"PRAGMA page_size = 4096", "PRAGMA auto_vacuum = 0", "PRAGMA encoding = 'UTF-8'",
+                                     "PRAGMA journal_mode = DELETE", "PRAGMA synchronous = FULL",
+                                     "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF"}) {
+    if (auto ok = connection.execute(sql); !ok) return ok;
+  }
+  return {};
+}
+
+template <class T>
+bool parseNumber(std::string_view& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{}) return false;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  if (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  return true;
+}
+
+raster::HeightStatistics statisticsFrom(const Statement& row, int firstColumn) {
+  const auto value = [&](int i) { return static_cast<float>(row.real(firstColumn + i)); };
+  return {value(0), value(1), row.isNull(firstColumn + 2) ? 0.0f : value(2)};
+}
+
+}  // namespace
+
+io::Result<TileDatabase> TileDatabase::open(const std::filesystem::path& path, Connection::Mode mode) {
+  auto connection = Connection::open(path, mode);
+  if (!connection) return tl::unexpected(connection.error());
+  if (auto ok = checkSchema(*connection); !ok) return tl::unexpected(ok.error());
+  if (mode != Connection::Mode::read) {
+    if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
+  }
+  auto meta = readMeta(*connection);
+  if (!meta) return tl::unexpected(meta.error());
+  return TileDatabase(std::move(*connection), std::move(*meta));
+}
+
+io::Result<bool> TileDatabase::isBlank(const std::filesystem::path& path) {
+  auto connection = Connection::open(path, Connection::Mode::write);
+  if (!connection) return tl::unexpected(connection.error());
+  const auto tables = connection->integer("SELECT count(*) FROM sqlite_schema");
+  const auto application = connection->integer("PRAGMA application_id");
+  if (!tables) return tl::unexpected(tables.error());
+  if (!application) return tl::unexpected(application.error());
+  return *tables == 0 && *application == 0;
+}
+
+io::Result<TileDatabase> TileDatabase::create(const std::filesystem::path& path, const DatabaseMeta& meta,
+                                              const BuildPosition& start) {
+  auto connection = Connection::open(path, Connection::Mode::create);
+  if (!connection) return tl::unexpected(connection.error());
+  if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
+  TileDatabase database(std::move(*connection), meta);
+  if (auto ok = database.begin(); !ok) return tl::unexpected(ok.error());
+  if (auto ok = createTables(database.connection_); !ok) return tl::unexpected(ok.error());
+  if (auto ok = database.writeMeta(meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = database.writePosition(start); !ok) return tl::unexpected(ok.error());
+  if (auto ok = database.commit(); !ok) return tl::unexpected(ok.error());
+  return database;
+}
+
+io::Result<void> TileDatabase::writeMeta(const DatabaseMeta& meta) {
+  MetaWriter writer(connection_);
+  writer.put("kind", raster::nameOf(meta.kind));
+  writer.put("tiling", tiling::nameOf(meta.scheme));
+  writer.put("body_name", std::string_view(meta.body.name));
+  writer.put("body_semi_major_axis_m", meta.body.ellipsoid.semiMajorAxis_m());
+  writer.put("body_flattening", meta.body.ellipsoid.flattening());
+  writer.put("tile_cells", std::int64_t{meta.tileCells});
+  writer.put("max_level", std::int64_t{meta.maxLevel});
+  writer.put("south_degrees", meta.bounds.south.degrees());
+  writer.put("west_degrees", meta.bounds.west.degrees());
+  writer.put("north_degrees", meta.bounds.north.degrees());
+  writer.put("width_degrees", meta.bounds.width.degrees());
+  writer.put("height_step_m", meta.heightStep_m);
+  writer.put("complete", std::int64_t{meta.complete ? 1 : 0});
+  writer.put("build_key", std::string_view(meta.buildKey));
+  writer.put("request_key", std::string_view(meta.requestKey));
+  if (auto ok = writer.result(); !ok) return ok;
+  if (auto ok = writeSources(connection_, meta.sources); !ok) return ok;
+  meta_ = meta;
+  return {};
+}
+
+io::Result<std::optional<BuildPosition>> TileDatabase::position() const {
+  auto row = connection_.prepare("SELECT value FROM meta WHERE key = 'progress'");
+  if (!row) return tl::unexpected(row.error());
+  const auto found = row->step();
+  if (!found) return tl::unexpected(found.error());
+  if (!*found) return std::optional<BuildPosition>{};
+  const std::string text = row->text(0);
+  std::string_view rest = text;
+  BuildPosition position;
+  if (!parseNumber(rest, position.level) || !parseNumber(rest, position.row) || !parseNumber(rest, position.done) ||
+      position.level < 0 || position.level > tiling::kMaxLevel) {
+    return io::fail(Code::corrupt, "the progress of the build cannot be read; remove the file to start over",
+                    connection_.path());
+  }
+  return std::optional(position);
+}
+
+io::Result<void> TileDatabase::writePosition(const std::optional<BuildPosition>& position) {
+  if (!position) return connection_.execute("DELETE FROM meta WHERE key = 'progress'");
+  MetaWriter writer(connection_);
+  const std::string text = fmt::format("{} {} {}", position->level, position->row, position->done);
+  writer.put("progress", std::string_view(text));
+  return writer.result();
+}
+
+io::Result<Statement*> TileDatabase::prepared(std::optional<Statement>& slot, std::string_view sql) {
+  if (!slot) {
+    auto statement = connection_.prepare(sql);
+    if (!statement) return tl::unexpected(statement.error());
+    slot = std::move(*statement);
+  }
+  return &*slot;
+}
+
+io::Result<std::optional<TileRecord>> TileDatabase::read(const tiling::TileId& id) {
+  const auto statement = prepared(read_, fmt::format("SELECT {} FROM tiles WHERE id = ?", kTileColumns));
+  if (!statement) return tl::unexpected(statement.error());
+  Statement& select = **statement;
+  select.bind(1, rowNumberOf(id));
+  const auto found = select.step();
+  if (!found) return tl::unexpected(found.error());
+  if (!*found) return std::optional<TileRecord>{};
+  auto record = recordFrom(select, meta_.kind, connection_.path());
+  select.reset();
+  if (!record) return tl::unexpected(record.error());
+  return std::optional(std::move(*record));
+}
+
+io::Result<bool> TileDatabase::contains(const tiling::TileId& id) {
+  const auto statement = prepared(contains_, "SELECT 1 FROM tiles WHERE id = ?");
+  if (!statement) return tl::unexpected(statement.error());
+  (*statement)->bind(1, rowNumberOf(id));
+  const auto found = (*statement)->step();
+  (*statement)->reset();
+  return found;
+}
+
+io::Result<void> TileDatabase::write(const TileRecord& record) {
+  const auto statement = prepared(write_, "INSERT OR REPLACE INTO tiles VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  if (!statement) return tl::unexpected(statement.error());
+  Statement& insert = **statement;
+  const auto integer = [](auto value) { return static_cast<std::int64_t>(value); };
+  insert.bind(1, rowNumberOf(record.id)).bind(2, integer(record.id.level)).bind(3, integer(record.id.root));
+  insert.bind(4, integer(record.id.x)).bind(5, integer(record.id.y)).bind(9, integer(record.childMask));
+  if (meta_.kind == raster::Kind::elevation) {
+    insert.bind(6, static_cast<double>(record.statistics.min_m)).bind(7, static_cast<double>(record.statistics.max_m));
+    insert.bind(8, static_cast<double>(record.statistics.error_m));
+    insert.bind(10, std::span<const std::byte>(childrenBytes(record.children)));
+  }
+  insert.bind(11, integer(checksumOf(record, meta_.kind))).bind(12, std::span<const std::byte>(record.payload));
+  return insert.run();
+}
+
+io::Result<void> TileDatabase::erase(const tiling::TileId& id) {
+  auto statement = connection_.prepare("DELETE FROM tiles WHERE id = ?");
+  if (!statement) return tl::unexpected(statement.error());
+  statement->bind(1, rowNumberOf(id));
+  return statement->run();
+}
+
+io::Result<TileRecord> recordFrom(const Statement& row, raster::Kind kind, const std::string& where) {
+  const auto id = tileOfRowNumber(row.integer(0));
+  if (!id) return io::fail(Code::corrupt, fmt::format("row {} belongs to no tile", row.integer(0)), where);
+  const auto complain = [&](const std::string& what) {
+    return io::fail(Code::corrupt, fmt::format("{}: {}", nameOf(*id), what), where);
+  };
+  if (row.integer(1) != id->level || row.integer(2) != id->root || row.integer(3) != std::int64_t{id->x} ||
+      row.integer(4) != std::int64_t{id->y}) {
+    return complain("its row number and its place disagree");
+  }
+  if (row.integer(8) < 0 || row.integer(8) > 15) return complain("impossible mask of children");
+  TileRecord record;
+  record.id = *id;
+  record.childMask = static_cast<std::uint8_t>(row.integer(8));
+  if (kind == raster::Kind::elevation) {
+    record.statistics = statisticsFrom(row, 5);
+    const std::span<const std::byte> children = row.blob(9);
+    if (children.size() != kChildrenBytes) return complain("the children's statistics have a wrong length");
+    record.children = childrenFromBytes(children.first<kChildrenBytes>());
+  }
+  const std::span<const std::byte> payload = row.blob(11);
+  record.payload.assign(payload.begin(), payload.end());
+  if (row.integer(10) != std::int64_t{checksumOf(record, kind)}) return complain("wrong checksum: damaged");
+  return record;
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pyramid/sqlite.h"
+#include "pyramid/tile_record.h"
+#include "raster/tile_source.h"
+
+namespace tellurion::pyramid {
+
+/// What the file says about itself (docs/tile-database.md, "meta").
+struct DatabaseMeta {
+  raster::Kind kind = raster::Kind::elevation;
+  tiling::Scheme scheme = tiling::Scheme::cube;
+  geo::Body body = geo::earth();
+  int tileCells = raster::kElevationCells;
+  int maxLevel = 0;
+  geo::GeoRect bounds = geo::GeoRect::whole();
+  double heightStep_m = 0.0;
+  bool complete = false;
+  std::string buildKey;    ///< what this file was, or is being, built from; two equal keys: two equal files
+  std::string requestKey;  ///< the last request alone, whatever was in the file before it
+  std::vector<std::string> sources;
+};
+
+/// Where an unfinished build is: every tile of deeper levels and, of this level, every row up to `row` is done.
+struct BuildPosition {
+  int level = 0;
+  std::int64_t row = 0;
+  std::uint64_t done = 0;  ///< candidate tiles looked at so far
+
+  friend bool operator==(const BuildPosition&, const BuildPosition&) = default;
+};
+
+/// A tile database file, finished or not. Move-only, one thread only. Checks what it reads.
+class TileDatabase {
+ public:
+  static io::Result<TileDatabase> open(const std::filesystem::path& path, Connection::Mode mode);
+  /// A new file, or one that a build left before its first commit; nothing else may be there.
+  static io::Result<TileDatabase> create(const std::filesystem::path& path, const DatabaseMeta& meta,
+                                         const BuildPosition& start);
+  /// Whether the file holds nothing at all yet: killed before its first commit.
+  static io::Result<bool> isBlank(const std::filesystem::path& path);
+
+  const DatabaseMeta& meta() const { return meta_; }
+  io::Result<void> writeMeta(const DatabaseMeta& meta);
+
+  io::Result<std::optional<BuildPosition>> position() const;
+  io::Result<void> writePosition(const std::optional<BuildPosition>& position);
+
+  /// A wrong checksum is a failure.
+  io::Result<std::optional<TileRecord>> read(const tiling::TileId& id);
+  io::Result<bool> contains(const tiling::TileId& id);
+  io::Result<void> write(const TileRecord& record);
+  io::Result<void> erase(const tiling::TileId& id);
+
+  io::Result<void> begin() { return connection_.execute("BEGIN IMMEDIATE"); }
+  io::Result<void> commit() { return connection_.execute("COMMIT"); }
+  void rollback() { static_cast<void>(connection_.execute("ROLLBACK")); }
+  const Connection& connection() const { return connection_; }
+
+ private:
+  TileDatabase(Connection connection, DatabaseMeta meta) : connection_(std::move(connection)), meta_(std::move(meta)) {}
+  io::Result<Statement*> prepared(std::optional<Statement>& slot, std::string_view sql);
+
+  Connection connection_;
+  DatabaseMeta meta_;
+  std::optional<Statement> read_;
+  std::optional<Statement> contains_;
+  std::optional<Statement> write_;
+};
+
+/// The columns that `recordFrom` expects, in order.
+inline constexpr std::string_view kTileColumns =
+    "id, level, root, x, y, min_m, max_m, error_m, child_mask, children, checksum, payload";
+
+/// A row that is at columns kTileColumns of `row`; `where` names the file. Fails when its columns contradict each
+/// other, a value is out of its range or the checksum is wrong.
+io::Result<TileRecord> recordFrom(const Statement& row, raster::Kind kind, const std::string& where);
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,236 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pyramid/tile_maker.h"
+#include "pyramid/tile_places.h"
+#include "raster/codec.h"
+
+namespace tellurion::pyramid {
+namespace {
+
+using raster::HeightStatistics;
+using raster::isNoData;
+using raster::kGutter;
+using raster::kNoData;
+using raster::Raster;
+
+/// To the nearest multiple of a power of two; 0 keeps the height.
+float rounded(float height, double step_m) {
+  if (step_m == 0.0 || isNoData(height)) return height;
+  return static_cast<float>(std::nearbyint(static_cast<double>(height) / step_m) * step_m + 0.0);
+}
+
+/// A tile while it is made: samples, and which of them are settled.
+struct Canvas {
+  Raster<float> samples;
+  std::vector<bool> known;
+  int cells;
+
+  explicit Canvas(int tileCells)
+      : samples(tileCells + 1 + 2 * kGutter, tileCells + 1 + 2 * kGutter, kNoData),
+        known(samples.samples.size(), false),
+        cells(tileCells) {}
+  /// (column, row) without gutter: -1 .. cells + 1.
+  void set(int column, int row, float height) {
+    samples.at(column + kGutter, row + kGutter) = height;
+    known[static_cast<std::size_t>((row + kGutter) * samples.width + column + kGutter)] = true;
+  }
+};
+
+float sampleOf(const Raster<float>& tile, int column, int row) {
+  return tile.at(column + kGutter, row + kGutter);
+}
+
+/// Every second sample of a child.
+void takeChild(Canvas& canvas, int quadrant, const Raster<float>& child) {
+  const int half = canvas.cells / 2;
+  const int column0 = (quadrant & 1) * half;
+  const int row0 = (quadrant >> 1) * half;
+  for (int row = 0; row <= half; ++row) {
+    for (int column = 0; column <= half; ++column) {
+      canvas.set(column0 + column, row0 + row, sampleOf(child, 2 * column, 2 * row));
+    }
+  }
+}
+
+/// The sample of a tile two steps in from an edge, at `along` on it (with u or v).
+float inFromEdge(const Raster<float>& tile, int cells, tiling::Edge edge, int along) {
+  switch (edge) {
+    case tiling::Edge::top:
+      return sampleOf(tile, along, 2);
+    case tiling::Edge::right:
+      return sampleOf(tile, cells - 2, along);
+    case tiling::Edge::bottom:
+      return sampleOf(tile, along, cells - 2);
+    case tiling::Edge::left:
+      return sampleOf(tile, 2, along);
+  }
+  return kNoData;
+}
+
+/// The gutter along half an edge, from the tile of the children's level behind it.
+void takeGutter(Canvas& canvas, tiling::Edge edge, int half, const AdjacentTile& adjacent, const Raster<float>& tile) {
+  const int cells = canvas.cells;
+  for (int i = 0; i <= cells / 2; ++i) {
+    const int along = adjacent.reversed ? cells - 2 * i : 2 * i;
+    const float height = inFromEdge(tile, cells, adjacent.edge, along);
+    const int place = half * cells / 2 + i;
+    switch (edge) {
+      case tiling::Edge::top:
+        canvas.set(place, -1, height);
+        break;
+      case tiling::Edge::right:
+        canvas.set(cells + 1, place, height);
+        break;
+      case tiling::Edge::bottom:
+        canvas.set(place, cells + 1, height);
+        break;
+      case tiling::Edge::left:
+        canvas.set(-1, place, height);
+        break;
+    }
+  }
+}
+
+/// Lowest and highest of a tile's own samples, gutter not counted.
+HeightStatistics rangeOf(const Raster<float>& samples) {
+  HeightStatistics range;
+  for (int row = kGutter; row < samples.height - kGutter; ++row) {
+    for (int column = kGutter; column < samples.width - kGutter; ++column) {
+      const float height = samples.at(column, row);
+      if (isNoData(height)) continue;
+      range.min_m = isNoData(range.min_m) ? height : std::min(range.min_m, height);
+      range.max_m = isNoData(range.max_m) ? height : std::max(range.max_m, height);
+    }
+  }
+  return range;
+}
+
+/// The tile's bilinear surface at half steps (column2 / 2, row2 / 2): the mean of one, two or four samples, of those
+/// that have data. NaN when none has.
+double surfaceAtHalfSteps(const Raster<float>& samples, int column2, int row2) {
+  double sum = 0.0;
+  int count = 0;
+  for (int row = row2 / 2; row <= (row2 + 1) / 2; ++row) {
+    for (int column = column2 / 2; column <= (column2 + 1) / 2; ++column) {
+      const float height = sampleOf(samples, column, row);
+      if (isNoData(height)) continue;
+      sum += static_cast<double>(height);
+      ++count;
+    }
+  }
+  return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
+}
+
+/// The largest vertical distance between the tile's surface and a child's. Both are bilinear on nested grids, so it is
+/// reached at one of the child's samples. Where only the child has data, it is `missing_m`.
+double distanceToChild(const Raster<float>& samples, int quadrant, const Raster<float>& child, double missing_m) {
+  const int cells = samples.width - 1 - 2 * kGutter;
+  double largest = 0.0;
+  for (int row = 0; row <= cells; ++row) {
+    for (int column = 0; column <= cells; ++column) {
+      const float height = sampleOf(child, column, row);
+      if (isNoData(height)) continue;
+      const double surface =
+          surfaceAtHalfSteps(samples, column + (quadrant & 1) * cells, row + (quadrant >> 1) * cells);
+      const double distance = std::isnan(surface) ? missing_m : std::abs(static_cast<double>(height) - surface);
+      largest = std::max(largest, distance);
+    }
+  }
+  return largest;
+}
+
+float roundedUp(double value) {
+  const auto nearest = static_cast<float>(value);
+  if (static_cast<double>(nearest) >= value) return nearest;
+  return std::nextafter(nearest, std::numeric_limits<float>::infinity());
+}
+
+using Children = std::array<std::optional<Raster<float>>, 4>;
+
+/// Range over the tile and everything below it, and a bound on the error: the distance to each child's surface plus the
+/// child's own error (triangle inequality).
+void summarise(const Raster<float>& samples, const Children& children, TileRecord& record) {
+  HeightStatistics& own = record.statistics;
+  own = rangeOf(samples);
+  for (const HeightStatistics& child : record.children) {
+    if (isNoData(child.min_m)) continue;
+    own.min_m = isNoData(own.min_m) ? child.min_m : std::min(own.min_m, child.min_m);
+    own.max_m = isNoData(own.max_m) ? child.max_m : std::max(own.max_m, child.max_m);
+  }
+  const double range_m = isNoData(own.min_m) ? 0.0 : static_cast<double>(own.max_m) - static_cast<double>(own.min_m);
+  for (std::size_t q = 0; q < 4; ++q) {
+    if (!children[q]) continue;
+    const double distance = distanceToChild(samples, static_cast<int>(q), *children[q], range_m);
+    own.error_m = std::max(own.error_m, roundedUp(distance + static_cast<double>(record.children[q].error_m)));
+  }
+}
+
+io::Result<Raster<float>> samplesOf(const TileRecord& record, int cells) {
+  const int side = sideOf(raster::Kind::elevation, cells);
+  auto samples = raster::decodeElevation(record.payload, side, side);
+  if (!samples) samples.error().where += " " + nameOf(record.id);
+  return samples;
+}
+
+io::Result<Children> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& record) {
+  Children children;
+  for (std::size_t q = 0; q < 4; ++q) {
+    if (!task.children[q]) continue;
+    auto samples = samplesOf(*task.children[q], canvas.cells);
+    if (!samples) return tl::unexpected(samples.error());
+    takeChild(canvas, static_cast<int>(q), *samples);
+    record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
+    record.children[q] = task.children[q]->statistics;
+    children[q] = std::move(*samples);
+  }
+  return children;
+}
+
+io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
+  for (const tiling::Edge edge : tiling::kEdges) {
+    for (int half = 0; half < 2; ++half) {
+      const auto& adjacent = task.beyond[static_cast<std::size_t>(edge)][static_cast<std::size_t>(half)];
+      if (!adjacent) continue;
+      const auto samples = samplesOf(adjacent->record, canvas.cells);
+      if (!samples) return tl::unexpected(samples.error());
+      takeGutter(canvas, edge, half, *adjacent, *samples);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
+                                              Raster<float>& samples) {
+  const OpenPlaces open = openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
+  if (open.indices.empty()) return {};
+  std::vector<float> heights(open.indices.size(), kNoData);
+  if (base_ != nullptr) {
+    const auto below = base_->heights(task.id);
+    if (!below) return tl::unexpected(below.error());
+    std::ranges::transform(open.indices, heights.begin(), [&](std::size_t i) { return below->samples[i]; });
+  }
+  if (auto ok = inputs_.heights(task.inputs, open.places, heights); !ok) return ok;
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    samples.samples[open.indices[i]] = rounded(heights[i], plan_.meta.heightStep_m);
+  }
+  return {};
+}
+
+io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& task) {
+  Canvas canvas(plan_.meta.tileCells);
+  TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}};
+  const auto children = takeChildren(task, canvas, record);
+  if (!children) return tl::unexpected(children.error());
+  if (auto ok = takeGutters(task, canvas); !ok) return tl::unexpected(ok.error());
+  if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples); !ok) return tl::unexpected(ok.error());
+  summarise(canvas.samples, *children, record);
+  if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
+  record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
+  return std::optional(std::move(record));
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,60 @@
+#include "pyramid/input_set.h"
+
+#include <algorithm>
+
+namespace tellurion::pyramid {
+namespace {
+
+constexpr std::size_t kMostOpenFiles = 32;
+
+}  // namespace
+
+void InputSet::closeOldest() {
+  const auto age = [](const Slot& slot) { return slot.file ? slot.lastUse : UINT64_MAX; };
+  const auto oldest = std::ranges::min_element(files_, {}, age);
+  oldest->file.reset();
+  --openFiles_;
+}
+
+io::Result<raster::RasterFile*> InputSet::file(int input) {
+  Slot& slot = files_[static_cast<std::size_t>(input)];
+  slot.lastUse = ++uses_;
+  if (slot.file) return &*slot.file;
+  if (openFiles_ >= kMostOpenFiles) closeOldest();
+  const std::string& path = plan_.inputs[static_cast<std::size_t>(input)].path;
+  auto opened = raster::RasterFile::open(path, plan_.meta.kind, plan_.rasterOptions);
+  if (!opened) return tl::unexpected(opened.error());
+  slot.file.emplace(std::move(*opened));
+  ++openFiles_;
+  return &*slot.file;
+}
+
+io::Result<void> InputSet::heights(std::span<const int> inputs, std::span<const geo::Direction> places,
+                                   std::span<float> out) {
+  for (const int input : inputs) {
+    const auto opened = file(input);
+    if (!opened) return tl::unexpected(opened.error());
+    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
+    if (auto ok = (*opened)->sampleHeights(places, footprint, out); !ok) return ok;
+  }
+  return {};
+}
+
+io::Result<void> InputSet::colours(std::span<const int> inputs, std::span<const geo::Direction> places,
+                                   std::span<raster::Rgba8> out) {
+  for (const int input : inputs) {
+    const auto opened = file(input);
+    if (!opened) return tl::unexpected(opened.error());
+    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
+    if (auto ok = (*opened)->sampleColours(places, footprint, out); !ok) return ok;
+  }
+  return {};
+}
+
+io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id) {
+  const auto opened = file(input);
+  if (!opened) return tl::unexpected(opened.error());
+  return (*opened)->mayTouch(plan_.tiling(), id);
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "pyramid/build_plan.h"
+
+namespace tellurion::pyramid {
+
+/// The inputs of a build, as one thread sees them: opened when they are first needed, the longest unused closed again
+/// when many are open. One thread only.
+class InputSet {
+ public:
+  explicit InputSet(const BuildPlan& plan) : plan_(plan), files_(plan.inputs.size()) {}
+
+  /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a value depends on the
+  /// place alone: neither on the tile that asks nor on its level.
+  io::Result<void> heights(std::span<const int> inputs, std::span<const geo::Direction> places, std::span<float> out);
+  io::Result<void> colours(std::span<const int> inputs, std::span<const geo::Direction> places,
+                           std::span<raster::Rgba8> out);
+
+  /// As RasterFile::mayTouch.
+  io::Result<bool> mayTouch(int input, const tiling::TileId& id);
+
+ private:
+  struct Slot {
+    std::optional<raster::RasterFile> file;
+    std::uint64_t lastUse = 0;
+  };
+  io::Result<raster::RasterFile*> file(int input);
+  void closeOldest();
+
+  const BuildPlan& plan_;
+  std::vector<Slot> files_;
+  std::size_t openFiles_ = 0;
+  std::uint64_t uses_ = 0;
+};
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,195 @@
+#include "pyramid/pyramid_builder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "pyramid/build_run.h"
+
+namespace tellurion::pyramid {
+namespace {
+
+namespace fs = std::filesystem;
+using Code = io::Failure::Code;
+
+fs::path withSuffix(const fs::path& path, const char* suffix) {
+  fs::path result = path;
+  result += suffix;
+  return result;
+}
+
+io::Result<void> moved(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (error) return io::fail(Code::ioError, "cannot be renamed: " + error.message(), from.string());
+  return {};
+}
+
+io::Result<BuildReport> reportOn(const fs::path& path) {
+  const auto database = TileDatabase::open(path, Connection::Mode::read);
+  if (!database) return tl::unexpected(database.error());
+  const auto tiles = database->connection().integer("SELECT count(*) FROM tiles");
+  if (!tiles) return tl::unexpected(tiles.error());
+  std::error_code error;
+  BuildReport report;
+  report.tiles = static_cast<std::uint64_t>(*tiles);
+  report.bytes = fs::file_size(path, error);
+  report.maxLevel = database->meta().maxLevel;
+  return report;
+}
+
+/// What the finished database at the output says; nothing where there is none.
+io::Result<std::optional<DatabaseMeta>> finishedAt(const fs::path& output) {
+  std::error_code error;
+  if (!fs::exists(output, error)) return std::optional<DatabaseMeta>{};
+  const auto database = TileDatabase::open(output, Connection::Mode::read);
+  if (!database) return tl::unexpected(database.error());
+  return std::optional(database->meta());
+}
+
+/// A copy of the database that is extended, made so that a kill leaves either a whole copy or none.
+io::Result<void> copyBase(const fs::path& base, const fs::path& part) {
+  const fs::path half = withSuffix(part, ".copy");
+  std::error_code error;
+  fs::copy_file(base, half, fs::copy_options::overwrite_existing, error);
+  if (error) return io::fail(Code::ioError, "cannot be copied: " + error.message(), base.string());
+  return moved(half, part);
+}
+
+/// The first commit of an append: from here on the copy is this build's.
+io::Result<void> startAppend(TileDatabase& database, const BuildPlan& plan, const BuildPosition& start) {
+  if (auto ok = database.begin(); !ok) return ok;
+  auto ok = database.writeMeta(plan.meta);
+  if (ok) ok = database.writePosition(start);
+  if (ok) ok = database.commit();
+  if (!ok) database.rollback();
+  return ok;
+}
+
+struct Opened {
+  TileDatabase database;
+  bool resumed = false;
+};
+
+io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, const std::string& baseKey,
+                                const BuildPosition& start) {
+  auto database = TileDatabase::open(part, Connection::Mode::write);
+  if (!database) return tl::unexpected(database.error());
+  if (plan.base && database->meta().buildKey == baseKey) {
+    if (auto ok = startAppend(*database, plan, start); !ok) return tl::unexpected(ok.error());
+    return Opened{std::move(*database), false};
+  }
+  if (database->meta().buildKey != plan.meta.buildKey) {
+    return io::fail(Code::invalidArgument,
+                    "is left from a build with other inputs or options; run that command again to finish it, or remove "
+                    "the file to start over",
+                    part.string());
+  }
+  return Opened{std::move(*database), true};
+}
+
+/// The file that is worked on: an interrupted run's, or a new one.
+io::Result<Opened> openPart(const fs::path& part, const BuildPlan& plan, const std::string& baseKey) {
+  const BuildPosition start{.level = plan.deepestLevel, .row = 0, .done = 0};
+  std::error_code error;
+  if (fs::exists(part, error)) {
+    const auto blank = TileDatabase::isBlank(part);
+    if (!blank) return tl::unexpected(blank.error());
+    if (!*blank) return openExisting(part, plan, baseKey, start);
+  }
+  if (plan.base) {
+    if (auto ok = copyBase(*plan.base, part); !ok) return tl::unexpected(ok.error());
+    return openExisting(part, plan, baseKey, start);
+  }
+  auto created = TileDatabase::create(part, plan.meta, start);
+  if (!created) return tl::unexpected(created.error());
+  return Opened{std::move(*created), false};
+}
+
+/// The last commit: what only the end knows.
+io::Result<void> complete(TileDatabase& database) {
+  const auto deepest = database.connection().integer("SELECT max(id) FROM tiles");
+  if (!deepest) return tl::unexpected(deepest.error());
+  const auto tile = tileOfRowNumber(*deepest);
+  if (!tile) return io::fail(Code::invalidArgument, "no input has any data: nothing to build");
+  DatabaseMeta meta = database.meta();
+  meta.maxLevel = tile->level;
+  meta.complete = true;
+  if (auto ok = database.begin(); !ok) return ok;
+  auto ok = database.writeMeta(meta);
+  if (ok) ok = database.writePosition(std::nullopt);
+  if (ok) ok = database.commit();
+  if (!ok) database.rollback();
+  return ok;
+}
+
+int jobsFor(const BuildOptions& options) {
+  if (options.jobs > 0) return options.jobs;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+io::Result<void> runToTheEnd(const BuildOptions& options, const BuildPlan& plan, TileDatabase& database,
+                             const ProgressSink& progress, std::stop_token stop) {
+  if (database.meta().complete) return {};
+  const auto position = database.position();
+  if (!position) return tl::unexpected(position.error());
+  if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
+  BuildRun run(plan, database, jobsFor(options), progress, std::move(stop));
+  if (auto ok = run.run(**position); !ok) return ok;
+  return complete(database);
+}
+
+io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan, const std::string& baseKey,
+                              const ProgressSink& progress, std::stop_token stop) {
+  const fs::path part = withSuffix(options.output, ".part");
+  bool resumed = false;
+  {
+    auto opened = openPart(part, plan, baseKey);
+    if (!opened) return tl::unexpected(opened.error());
+    resumed = opened->resumed;
+    auto done = runToTheEnd(options, plan, opened->database, progress, std::move(stop));
+    if (!done) {
+      if (done.error().where.empty()) done.error().where = options.output.string();
+      return tl::unexpected(done.error());
+    }
+  }
+  if (auto ok = moved(part, options.output); !ok) return tl::unexpected(ok.error());
+  auto report = reportOn(options.output);
+  if (report) report->resumed = resumed;
+  return report;
+}
+
+}  // namespace
+
+io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress, std::stop_token stop) {
+  const auto existing = finishedAt(options.output);
+  if (!existing) {
+    io::Failure failure = existing.error();
+    failure.message += "; it is in the way of the build: remove it or choose another name";
+    return tl::unexpected(failure);
+  }
+  if (options.append && !*existing) {
+    return io::fail(Code::notFound, "nothing to append to; leave --append out to build it", options.output.string());
+  }
+  const auto plan = planBuild(options, options.append ? *existing : std::nullopt);
+  if (!plan) return tl::unexpected(plan.error());
+  if (*existing && (*existing)->requestKey == plan->meta.requestKey) {
+    auto report = reportOn(options.output);
+    if (report) report->alreadyComplete = true;
+    return report;
+  }
+  if (*existing && !options.append) {
+    return io::fail(
+        Code::invalidArgument,
+        "is there already, built from other inputs or with other options; remove it, choose another name, or "
+        "lay the inputs over it with --append",
+        options.output.string());
+  }
+  auto report =
+      build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));
+  if (report) report->warnings = plan->warnings;
+  return report;
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,193 @@
+#include "pyramid/sqlite.h"
+
+#include <sqlite3.h>
+
+#include <cmath>
+#include <limits>
+
+namespace tellurion::pyramid {
+namespace {
+
+constexpr int kBusyTimeout_ms = 10'000;
+constexpr int kLargestValue = 64 << 20;
+
+using Code = io::Failure::Code;
+
+io::Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
+  const std::string detail = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(resultCode);
+  const auto failure = [&](Code code, const std::string& message) { return io::Failure{code, message, where}; };
+  switch (resultCode & 0xff) {
+    case SQLITE_NOTADB:
+      return failure(Code::corrupt, "not a tile database (no SQLite file)");
+    case SQLITE_CORRUPT:
+    case SQLITE_FORMAT:
+      return failure(Code::corrupt, "the database file is damaged (" + detail + ")");
+    case SQLITE_TOOBIG:
+      return failure(Code::corrupt, "the database holds a value larger than any tile");
+    case SQLITE_FULL:
+      return failure(Code::ioError,
+                     "the disk is full; nothing is lost: free some space and run the same command again");
+    case SQLITE_IOERR:
+      return failure(Code::ioError, "reading or writing failed (" + detail +
+                                        "); what was committed is safe, the same command goes on from there");
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      return failure(Code::ioError, "another program is writing this database; wait for it to end");
+    case SQLITE_CANTOPEN:
+      return failure(Code::notFound, "cannot be opened (" + detail + ")");
+    case SQLITE_READONLY:
+    case SQLITE_PERM:
+      return failure(Code::ioError, "may not be written (" + detail + ")");
+    case SQLITE_NOMEM:
+      return failure(Code::ioError, "out of memory");
+    default:
+      return failure(Code::corrupt, "the database cannot be used (" + detail + ")");
+  }
+}
+
+io::Failure failureOf(sqlite3_stmt* statement, int resultCode, const std::string& where) {
+  return failureOf(resultCode, sqlite3_db_handle(statement), where);
+}
+
+int flagsOf(Connection::Mode mode) {
+  switch (mode) {
+    case Connection::Mode::read:
+      return SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX;
+    case Connection::Mode::write:
+      return SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
+    case Connection::Mode::create:
+      return SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
+  }
+  return SQLITE_OPEN_READONLY;
+}
+
+}  // namespace
+
+void Statement::Finalizer::operator()(sqlite3_stmt* statement) const {
+  sqlite3_finalize(statement);
+}
+void Connection::Closer::operator()(sqlite3* database) const {
+  sqlite3_close_v2(database);
+}
+
+Statement& Statement::bind(int position, std::int64_t value) {
+  sqlite3_bind_int64(statement_.get(), position, value);
+  return *this;
+}
+
+Statement& Statement::bind(int position, double value) {
+  if (std::isnan(value)) return bindNull(position);
+  sqlite3_bind_double(statement_.get(), position, value);
+  return *this;
+}
+
+Statement& Statement::bind(int position, std::string_view value) {
+  sqlite3_bind_text64(statement_.get(), position, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  return *this;
+}
+
+Statement& Statement::bind(int position, std::span<const std::byte> value) {
+  if (value.empty()) {
+    sqlite3_bind_zeroblob(statement_.get(), position, 0);
+  } else {
+    sqlite3_bind_blob64(statement_.get(), position, value.data(), value.size(), SQLITE_TRANSIENT);
+  }
+  return *this;
+}
+
+Statement& Statement::bindNull(int position) {
+  sqlite3_bind_null(statement_.get(), position);
+  return *this;
+}
+
+io::Result<bool> Statement::step() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) {
+    reset();
+    return false;
+  }
+  const io::Failure failure = failureOf(statement_.get(), code, where_);
+  reset();
+  return tl::unexpected(failure);
+}
+
+io::Result<void> Statement::run() {
+  while (true) {
+    const auto row = step();
+    if (!row) return tl::unexpected(row.error());
+    if (!*row) return {};
+  }
+}
+
+void Statement::reset() {
+  sqlite3_reset(statement_.get());
+  sqlite3_clear_bindings(statement_.get());
+}
+
+bool Statement::isNull(int column) const {
+  return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
+}
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+double Statement::real(int column) const {
+  if (isNull(column)) return std::numeric_limits<double>::quiet_NaN();
+  return sqlite3_column_double(statement_.get(), column);
+}
+
+std::string Statement::text(int column) const {
+  const std::span<const std::byte> bytes = blob(column);
+  std::string text(bytes.size(), '\0');
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    text[i] = static_cast<char>(bytes[i]);
+  return text;
+}
+
+std::span<const std::byte> Statement::blob(int column) const {
+  const void* data = sqlite3_column_blob(statement_.get(), column);
+  const int size = sqlite3_column_bytes(statement_.get(), column);
+  if (data == nullptr || size <= 0) return {};
+  return {static_cast<const std::byte*>(data), static_cast<std::size_t>(size)};
+}
+
+io::Result<Connection> Connection::open(const std::filesystem::path& path, Mode mode) {
+  sqlite3* raw = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &raw, flagsOf(mode), nullptr);
+  Connection connection(raw, path.string());
+  if (code != SQLITE_OK) return tl::unexpected(failureOf(code, raw, connection.path_));
+  sqlite3_extended_result_codes(raw, 1);
+  sqlite3_busy_timeout(raw, kBusyTimeout_ms);
+  sqlite3_limit(raw, SQLITE_LIMIT_LENGTH, kLargestValue);
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  const auto checked = connection.execute("PRAGMA cell_size_check = ON");
+  if (!checked) return tl::unexpected(checked.error());
+  return connection;
+}
+
+io::Result<Statement> Connection::prepare(std::string_view sql) const {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(database_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
+  if (code != SQLITE_OK) return tl::unexpected(failureOf(code, database_.get(), path_));
+  return Statement(statement, path_);
+}
+
+io::Result<void> Connection::execute(std::string_view sql) const {
+  auto statement = prepare(sql);
+  if (!statement) return tl::unexpected(statement.error());
+  return statement->run();
+}
+
+io::Result<std::int64_t> Connection::integer(std::string_view sql) const {
+  auto statement = prepare(sql);
+  if (!statement) return tl::unexpected(statement.error());
+  const auto row = statement->step();
+  if (!row) return tl::unexpected(row.error());
+  return *row ? statement->integer(0) : 0;
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,111 @@
+#include "pyramid/tile_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tellurion::pyramid {
+namespace {
+
+constexpr std::uint64_t kMostCounted = 4096;
+
+}  // namespace
+
+TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after)
+    : plan_(plan), inputs_(inputs), base_(base), level_(level), after_(after) {
+  std::vector<Touch> all;
+  for (int i = 0; i < static_cast<int>(plan.inputs.size()); ++i)
+    all.push_back({.input = i, .inside = true});
+  for (int root = plan.tiling().rootCount() - 1; root >= 0 && started_; --root) {
+    started_ = push({.level = 0, .root = static_cast<std::uint8_t>(root), .x = 0, .y = 0}, all);
+  }
+}
+
+/// Whether all the tile's descendants at the level are in rows up to `after`.
+bool TileWalk::isBehind(const tiling::TileId& id) const {
+  const int below = 2 * (level_ - id.level);
+  const std::int64_t lastRow = ((rowNumberOf(id) + 1) << below) - 1;
+  return lastRow <= after_;
+}
+
+io::Result<std::optional<TileWalk::Touch>> TileWalk::touched(const tiling::TileId& id, const Touch& ofParent) {
+  const auto itself = inputs_.mayTouch(ofParent.input, id);
+  if (!itself) return tl::unexpected(itself.error());
+  if (*itself) return std::optional(ofParent);
+  for (const tiling::Edge edge : tiling::kEdges) {
+    const auto neighbour = inputs_.mayTouch(ofParent.input, plan_.tiling().edgeNeighbour(id, edge).tile);
+    if (!neighbour) return tl::unexpected(neighbour.error());
+    if (*neighbour) return std::optional(Touch{.input = ofParent.input, .inside = false});
+  }
+  return std::optional<Touch>{};
+}
+
+io::Result<bool> TileWalk::isAlive(const Node& node) {
+  const auto isDeep = [&](const Touch& touch) {
+    return touch.inside && plan_.inputs[static_cast<std::size_t>(touch.input)].depth >= level_;
+  };
+  if (std::ranges::any_of(node.touches, isDeep)) return true;
+  if (base_ == nullptr || node.touches.empty()) return false;
+  return base_->contains(node.id);
+}
+
+io::Result<void> TileWalk::push(const tiling::TileId& id, const std::vector<Touch>& ofParent) {
+  if (isBehind(id)) return {};
+  Node node{.id = id, .touches = {}};
+  for (const Touch& touch : ofParent) {
+    const auto own = touched(id, touch);
+    if (!own) return tl::unexpected(own.error());
+    if (*own) node.touches.push_back(**own);
+  }
+  const auto alive = isAlive(node);
+  if (!alive) return tl::unexpected(alive.error());
+  if (*alive) stack_.push_back(std::move(node));
+  return {};
+}
+
+io::Result<std::optional<Candidate>> TileWalk::next() {
+  if (!started_) return tl::unexpected(started_.error());
+  while (!stack_.empty()) {
+    const Node node = std::move(stack_.back());
+    stack_.pop_back();
+    if (node.id.level == level_) {
+      Candidate candidate{.id = node.id, .inputs = {}};
+      for (const Touch& touch : node.touches)
+        candidate.inputs.push_back(touch.input);
+      return std::optional(std::move(candidate));
+    }
+    for (int quadrant = 3; quadrant >= 0; --quadrant) {
+      if (auto ok = push(node.id.child(quadrant), node.touches); !ok) return tl::unexpected(ok.error());
+    }
+  }
+  return std::optional<Candidate>{};
+}
+
+namespace {
+
+double areaOf(const geo::GeoRect& rect) {
+  return rect.width.radians() * (std::sin(rect.north.radians()) - std::sin(rect.south.radians()));
+}
+
+}  // namespace
+
+io::Result<std::uint64_t> estimatedCandidates(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level) {
+  const double tilesOfLevel = static_cast<double>(plan.tiling().rootCount()) * std::exp2(2.0 * level);
+  double area = 0.0;
+  for (const PlannedInput& input : plan.inputs) {
+    if (input.depth >= level || base != nullptr) area += areaOf(input.bounds);
+  }
+  const double share = std::min(1.0, area / (4.0 * geo::kPi));
+  if (share * tilesOfLevel > static_cast<double>(kMostCounted)) {
+    return static_cast<std::uint64_t>(share * tilesOfLevel);
+  }
+  TileWalk walk(plan, inputs, base, level);
+  std::uint64_t count = 0;
+  while (true) {
+    const auto candidate = walk.next();
+    if (!candidate) return tl::unexpected(candidate.error());
+    if (!*candidate) return count;
+    if (++count >= 4 * kMostCounted) return count;
+  }
+}
+
+}  // namespace tellurion::pyramid

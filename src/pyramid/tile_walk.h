@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pyramid/input_set.h"
+
+namespace tellurion::pyramid {
+
+/// A tile that may hold data and must be made, with the inputs that may reach into it or its gutter.
+struct Candidate {
+  tiling::TileId id;
+  std::vector<int> inputs;
+};
+
+/// The candidates of one level in the order of their rows, found by descending from the roots only where inputs are, so
+/// that the list is never held. A tile is a candidate when an input as deep as its level touches it, or when the base
+/// database stores it and any input touches it or an edge neighbour (whose samples are in its gutter). One thread only.
+class TileWalk {
+ public:
+  /// Tiles with rows up to `after` are left out. `base` may be null; all must outlive the walk.
+  TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after = 0);
+
+  /// Nothing: the level is done.
+  io::Result<std::optional<Candidate>> next();
+
+ private:
+  struct Touch {
+    int input;
+    bool inside;  ///< the tile itself and all its ancestors are touched; else only an edge neighbour
+  };
+  struct Node {
+    tiling::TileId id;
+    std::vector<Touch> touches;
+  };
+  bool isBehind(const tiling::TileId& id) const;
+  io::Result<bool> isAlive(const Node& node);
+  io::Result<void> push(const tiling::TileId& id, const std::vector<Touch>& ofParent);
+  io::Result<std::optional<Touch>> touched(const tiling::TileId& id, const Touch& ofParent);
+
+  const BuildPlan& plan_;
+  InputSet& inputs_;
+  TileDatabase* base_;
+  int level_;
+  std::int64_t after_;
+  std::vector<Node> stack_;
+  io::Result<void> started_;
+};
+
+/// The number of candidates of a level: counted while they are few, estimated from the inputs' areas beyond.
+io::Result<std::uint64_t> estimatedCandidates(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level);
+
+}  // namespace tellurion::pyramid
