@@ -14,7 +14,7 @@ constexpr std::array<std::string_view, 3> kNames{"geographic", "cube", "healpix"
 constexpr double kPad = 2e-15;  // radians by which caps are wider than measured, against rounding
 
 std::uint32_t tileCoordinate(double unit, int level) {
-  const double tiles = std::ldexp(1.0, level);
+  const auto tiles = static_cast<double>(std::uint64_t{1} << level);
   const double at = unit * tiles;
   return at > 0.0 ? static_cast<std::uint32_t>(std::min(at, tiles - 1.0)) : 0u;  // NaN too is 0
 }
@@ -153,8 +153,10 @@ LevelMetrics Tiling::metrics(int level) const {
       break;
   }
   const double size = tileSize(level);
-  return {.smallestEdge = geo::Angle::radians(scale.smallest * size),
-          .meanEdge = geo::Angle::radians(std::sqrt(4.0 * geo::kPi / rootCount()) * size),
+  const double mean = std::sqrt(4.0 * geo::kPi / rootCount());
+  // The largest tiles of the geographic scheme are half moons: no edge with a length is as short as the mean.
+  return {.smallestEdge = geo::Angle::radians(std::min(scale.smallest, mean) * size),
+          .meanEdge = geo::Angle::radians(mean * size),
           .largestEdge = geo::Angle::radians(scale.largest * size)};
 }
 

@@ -1,0 +1,158 @@
+// The tilings against programs of others: the HEALPix C library, and PROJ's s2, healpix and eqc projections on the unit
+// sphere.
+#include <chealpix.h>
+#include <gtest/gtest.h>
+#include <proj.h>
+
+#include <memory>
+
+#include "tiling/places_test.h"
+
+namespace tellurion::tiling {
+namespace {
+
+struct ContextDeleter {
+  void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
+};
+struct ProjectionDeleter {
+  void operator()(PJ* p) const { proj_destroy(p); }
+};
+
+class Projection {
+ public:
+  explicit Projection(const std::string& definition)
+      : context_(proj_context_create()), projection_(proj_create(context_.get(), definition.c_str())) {}
+  bool valid() const { return projection_ != nullptr; }
+  geo::Vec2 at(const geo::Direction& d) const {
+    const geo::Geodetic g = geo::geodeticFromDirection(d);
+    const PJ_COORD out = proj_trans(projection_.get(), PJ_FWD, proj_coord(g.lon.radians(), g.lat.radians(), 0.0, 0.0));
+    return geo::Vec2(out.xy.x, out.xy.y);
+  }
+
+ private:
+  std::unique_ptr<PJ_CONTEXT, ContextDeleter> context_;
+  std::unique_ptr<PJ, ProjectionDeleter> projection_;
+};
+
+geo::Vec3 normalized(const double* v) {
+  return geo::normalize(geo::Vec3(v[0], v[1], v[2]));
+}
+
+TEST(HealpixReference, PixelCentresOfAllOrders) {
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::healpix);
+  for (int order = 0; order <= kMaxLevel; ++order) {
+    const std::uint64_t pixels = std::uint64_t{12} << (2 * order);
+    const int count = pixels < 3000 ? static_cast<int>(pixels) : 3000;
+    for (int i = 0; i < count; ++i) {
+      const std::uint64_t pixel = pixels < 3000 ? static_cast<std::uint64_t>(i) : random() % pixels;
+      double centre[3];
+      pix2vec_nest64(std::int64_t{1} << order, static_cast<std::int64_t>(pixel), centre);
+      const TileId id = tileFromHealpixNested(order, pixel);
+      ASSERT_EQ(healpixNested(id), pixel);
+      const geo::Direction ours = tiling.direction(rootPointIn(id, 0.5, 0.5));
+      ASSERT_LT(geo::angleBetween(ours, {normalized(centre)}).radians(), 4e-15) << order << " " << pixel;
+    }
+  }
+}
+
+TEST(HealpixReference, PixelOfADirectionAtAllOrders) {
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::healpix);
+  int elsewhere = 0;
+  for (int order = 0; order <= kMaxLevel; ++order) {
+    for (int i = 0; i < 10000; ++i) {
+      geo::Direction d = randomDirection(random);
+      if (i % 5 == 0)
+        d = geo::directionFromDegrees(90.0 - std::exp(geo::uniform(random, -25.0, 3.0)),
+                                      geo::uniform(random, 0.0, 360.0));
+      const TileId ours = tiling.tileAt(d, order);
+      std::int64_t theirs = 0;
+      vec2pix_nest64(std::int64_t{1} << order, &d.n.x, &theirs);
+      if (healpixNested(ours) == static_cast<std::uint64_t>(theirs)) continue;
+      // Within rounding of a border both are right: theirs must hold the direction up to that.
+      const Cap cap = tiling.cap(tileFromHealpixNested(order, static_cast<std::uint64_t>(theirs)));
+      ASSERT_LT(geo::angleBetween(cap.centre, d).radians(), cap.radius.radians() + 4e-15) << order;
+      ++elsewhere;
+    }
+  }
+  EXPECT_LE(elsewhere, 10);
+}
+
+TEST(HealpixReference, EveryPixelOfTheLowOrdersIsATileOnce) {
+  const Tiling tiling(Scheme::healpix);
+  for (int order = 0; order <= 4; ++order) {
+    std::vector<bool> seen(std::size_t{12} << (2 * order));
+    for (const TileId& id : allTiles(tiling, order)) {
+      const std::uint64_t pixel = healpixNested(id);
+      ASSERT_LT(pixel, seen.size());
+      ASSERT_FALSE(seen[pixel]);
+      seen[pixel] = true;
+      ASSERT_EQ(tileFromHealpixNested(order, pixel), id);
+    }
+  }
+}
+
+TEST(HealpixReference, ProjsPlane) {
+  const Projection projection("+proj=healpix +R=1 +lon_0=0");
+  ASSERT_TRUE(projection.valid());
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::healpix);
+  for (int i = 0; i < 100000; ++i) {
+    const int root = static_cast<int>(randomBelow(random, 12));
+    const RootPoint p{root, geo::uniform(random, 0.0, 1.0), geo::uniform(random, 0.0, 1.0)};
+    const geo::Vec2 xy = projection.at(tiling.direction(p));
+    const double middle = 2.0 * (root % 4) + (root / 4 == 1 ? 0.0 : 1.0);
+    const double x = geo::kPi / 4.0 * (middle + p.u - p.v);
+    const double y = geo::kPi / 4.0 * (2.0 - root / 4 - p.u - p.v);
+    ASSERT_NEAR(std::remainder(xy.x - x, 2.0 * geo::kPi), 0.0, 1e-12) << root << " " << p.u << " " << p.v;
+    ASSERT_NEAR(xy.y, y, 1e-12) << root << " " << p.u << " " << p.v;
+  }
+}
+
+TEST(CubeReference, ProjsS2WithTheTangentMapping) {
+  struct Face {
+    const char* centre;
+    geo::Vec2 (*proj)(double u, double v);  // where PROJ's own axes of that face put a place
+  };
+  const auto upright = [](double u, double v) { return geo::Vec2(u, 1.0 - v); };
+  const auto turned = [](double u, double v) { return geo::Vec2(v, u); };
+  const auto north = [](double u, double v) { return geo::Vec2(1.0 - v, 1.0 - u); };
+  const std::array<Face, 6> faces{{{"+lat_0=0 +lon_0=0", upright},
+                                   {"+lat_0=0 +lon_0=90", upright},
+                                   {"+lat_0=0 +lon_0=180", turned},
+                                   {"+lat_0=0 +lon_0=-90", turned},
+                                   {"+lat_0=90 +lon_0=0", north},
+                                   {"+lat_0=-90 +lon_0=0", upright}}};
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::cube);
+  for (int root = 0; root < 6; ++root) {
+    const Face& face = faces[static_cast<std::size_t>(root)];
+    const Projection projection(std::string("+proj=s2 +UVtoST=tangent +R=1 ") + face.centre);
+    ASSERT_TRUE(projection.valid());
+    for (int i = 0; i < 20000; ++i) {
+      const RootPoint p{root, geo::uniform(random, 0.0, 1.0), geo::uniform(random, 0.0, 1.0)};
+      const geo::Vec2 actual = projection.at(tiling.direction(p));
+      const geo::Vec2 expected = face.proj(p.u, p.v);
+      ASSERT_NEAR(actual.x, expected.x, 1e-12) << root << " " << p.u << " " << p.v;
+      ASSERT_NEAR(actual.y, expected.y, 1e-12) << root << " " << p.u << " " << p.v;
+    }
+  }
+}
+
+TEST(GeographicReference, ProjsEquirectangular) {
+  const Projection projection("+proj=eqc +R=1");
+  ASSERT_TRUE(projection.valid());
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::geographic);
+  for (int i = 0; i < 100000; ++i) {
+    const int root = static_cast<int>(randomBelow(random, 2));
+    const RootPoint p{root, geo::uniform(random, 0.0, 1.0), geo::uniform(random, 0.0, 1.0)};
+    const geo::Vec2 xy = projection.at(tiling.direction(p));
+    ASSERT_NEAR(xy.x, geo::kPi * (p.u - (root == 0 ? 1.0 : 0.0)), 1e-12);
+    ASSERT_NEAR(xy.y, geo::kPi * (0.5 - p.v), 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace tellurion::tiling
