@@ -8,8 +8,8 @@
 
 namespace tellurion::scene {
 
-/// Where the eye is and where it looks. heading clockwise from north, pitch 0 at the horizon and -90 degrees straight down,
-/// roll about the view axis, positive to the right.
+/// Where the eye is and where it looks. heading clockwise from north, pitch 0 at the horizon and -90 degrees straight
+/// down, roll about the view axis, positive to the right.
 struct Camera {
   geo::Geodetic position;
   geo::Angle heading;
@@ -22,18 +22,18 @@ struct Viewport {
   int height = 768;
 };
 
-/// "LAT,LON,HEIGHT,HEADING,PITCH,ROLL", degrees and metres above the ellipsoid. Trailing values may be left out from HEADING
-/// on (north, -90, 0).
+/// "LAT,LON,HEIGHT,HEADING,PITCH,ROLL", degrees and metres above the ellipsoid. Trailing values may be left out from
+/// HEADING on (north, -90, 0).
 io::Result<Camera> parseCamera(std::string_view text);
 
 /// A camera placed on a body. View axes: x right, y up, z backwards (the eye looks along -z).
 struct View {
   geo::BodyPosition eye;
-  geo::Mat3 viewFromBody;        ///< rotation only; positions are made relative to the eye first, in double
+  geo::Mat3 viewFromBody;  ///< rotation only; positions are made relative to the eye first, in double
   geo::Angle verticalFov;
   Viewport viewport;
 
-  double pixelAngle() const;     ///< radians that one pixel spans at the centre of the picture: 2 tan(fov / 2) / height
+  double pixelAngle() const;  ///< radians that one pixel spans at the centre of the picture: 2 tan(fov / 2) / height
 };
 View viewOf(const Camera& camera, const geo::Ellipsoid& ellipsoid, geo::Angle verticalFov, Viewport viewport);
 Camera cameraOf(const View& view, const geo::Ellipsoid& ellipsoid);

@@ -13,9 +13,9 @@ namespace tellurion::scene {
 
 /// 24 bytes, as the vertex shader reads it.
 struct TerrainVertex {
-  geo::Vec3f position_tile;              ///< metres from the mesh's origin, body axes
+  geo::Vec3f position_tile;               ///< metres from the mesh's origin, body axes
   std::array<std::int16_t, 4> up_body{};  ///< the ellipsoid's normal, signed normalised 16 bit; the fourth is padding
-  std::uint16_t s = 0;                   ///< tile-local place, 0..65535 for 0..1
+  std::uint16_t s = 0;                    ///< tile-local place, 0..65535 for 0..1
   std::uint16_t t = 0;
 };
 static_assert(sizeof(TerrainVertex) == 24);
@@ -26,19 +26,20 @@ struct IndexRange {
 };
 
 /// A tile's triangles, made once on a worker. Counter-clockwise from outside. Immutable once made.
-/// The triangles that touch an edge exist twice: with the edge's own vertices (fine), and with every second one only, to
-/// meet a neighbour one level coarser. Drawn are the interior and, for each edge, one of the two.
+/// The triangles that touch an edge exist twice: with the edge's own vertices (fine), and with every second one only,
+/// to meet a neighbour one level coarser. Drawn are the interior and, for each edge, one of the two.
 struct TerrainMesh {
-  std::uint64_t serial = 0;   ///< unique in the process; what GPU copies are keyed by
-  geo::BodyPosition origin;   ///< on the displaced ground near the tile's centre, rounded to 2^-10 m
+  std::uint64_t serial = 0;  ///< unique in the process; what GPU copies are keyed by
+  geo::BodyPosition origin;  ///< on the displaced ground near the tile's centre, rounded to 2^-10 m
   std::vector<TerrainVertex> vertices;
   std::vector<std::uint16_t> indices;
   IndexRange interior;
-  std::array<IndexRange, 4> fineEdge;    ///< indexed by tiling::Edge
+  std::array<IndexRange, 4> fineEdge;  ///< indexed by tiling::Edge
   std::array<IndexRange, 4> coarseEdge;
 };
 
-/// A picture for the GPU with its mip levels, each half the one before (rounded down), made on a worker. Immutable once made.
+/// A picture for the GPU with its mip levels, each half the one before (rounded down), made on a worker. Immutable once
+/// made.
 struct TextureImage {
   std::uint64_t serial = 0;
   std::vector<raster::Raster<raster::Rgba8>> mips;
@@ -57,8 +58,8 @@ struct DrawnTile {
   /// Colour, (size + 2)^2 with a gutter: rgb is sRGB, a the strength of night lights. May be null: plain ground.
   std::shared_ptr<const TextureImage> colour;
   TextureWindow colourWindow;
-  /// Relief, (cells + 1)^2: shading normal minus the ellipsoid's, body axes, (v + 1) * 127.5 + 0.5 rounded down in x, y, z so
-  /// that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
+  /// Relief, (cells + 1)^2: shading normal minus the ellipsoid's, body axes, (v + 1) * 127.5 + 0.5 rounded down in x,
+  /// y, z so that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
   std::shared_ptr<const TextureImage> relief;
   TextureWindow reliefWindow;
 };
@@ -74,11 +75,11 @@ struct FrameStatistics {
   int tilesVisited = 0;
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;
-  int tilesWanted = 0;               ///< finer ones that are not there yet
-  double maxScreenError_px = 0.0;    ///< of what is drawn
+  int tilesWanted = 0;             ///< finer ones that are not there yet
+  double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
   std::uint64_t cpuCacheBytes = 0;
-  std::uint64_t requests = 0;        ///< since the globe was opened
+  std::uint64_t requests = 0;  ///< since the globe was opened
   std::uint64_t failedRequests = 0;
 };
 

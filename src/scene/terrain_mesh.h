@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "geo/ellipsoid.h"
 #include "scene/frame.h"
@@ -24,26 +26,41 @@ double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoi
 /// two, 4..128.
 using GroundSamples = raster::Raster<float>;
 
+/// Where the samples of a tile lie in space, gutter included (its four corners are not filled in).
+struct SurfaceGrid {
+  tiling::TileId id;
+  int cells = 0;
+  std::vector<geo::Direction> up;            ///< (cells + 3)^2, row-major
+  std::vector<geo::BodyPosition> positions;  ///< likewise, in full precision
+
+  /// Sample (col, row) from -1 to cells + 1.
+  std::size_t index(int col, int row) const {
+    return static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(cells + 3) + static_cast<std::size_t>(col + 1);
+  }
+};
+SurfaceGrid surfaceGrid(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
+                        const GroundSamples& heights);
+
 struct MadeMesh {
   std::shared_ptr<const TerrainMesh> mesh;
-  OrientedBox box;       ///< holds every sample of the tile and every triangle
-  double error_m = 0.0;  ///< the largest distance in space between a sample's point and the drawn ground at the same
-                         ///< (s, t), whichever edge variants are drawn, plus the sagitta of a cell
+  OrientedBox box;  ///< holds every sample of the tile and every triangle
+  /// The largest distance in space between the bilinear ground of the samples, displaced from the ellipsoid, and the
+  /// drawn ground at the same (s, t), with fine edges. A coarse edge's strip may miss as much as the coarser neighbour
+  /// does there.
+  double error_m = 0.0;
 };
 
 /// Makes a tile's triangles by right-triangle bisection: a sample is a vertex when leaving it out would move the ground
 /// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
 /// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
 /// tolerance: what a neighbour one level coarser has there. Thread-safe, pure but for the serial.
-MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
-                         const GroundSamples& heights);
+MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid);
 
 /// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
 /// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the
 /// triangle of the three samples next to it; on the poles of the geographic tiling, where a row of samples is one
 /// place, it is the ellipsoid's own.
-std::shared_ptr<const TextureImage> makeRelief(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
-                                               const tiling::TileId& id, const GroundSamples& heights);
+std::shared_ptr<const TextureImage> makeRelief(const SurfaceGrid& grid);
 
 /// A number that no other mesh or texture of the process has.
 std::uint64_t nextSerial();

@@ -1,0 +1,388 @@
+#include "scene/globe.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+
+#include "io/executor.h"
+#include "scene/layer_sources.h"
+#include "scene/tile_content.h"
+
+namespace tellurion::scene {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Of the byte budget, what decoded source tiles may take; the rest is for meshes and textures.
+constexpr double kSourceShare = 0.25;
+
+/// What a root's ground may be before it is loaded.
+HeightRange unknownRange(const geo::Ellipsoid& ellipsoid) {
+  const double share = 0.05 * ellipsoid.semiMinorAxis_m();
+  return {.low_m = -std::min(20e3, share), .high_m = std::min(30e3, share)};
+}
+
+struct Arrival {
+  tiling::TileId id;
+  std::shared_ptr<const TileContent> content;
+};
+
+/// Where workers leave what they have made. Thread-safe.
+class Arrivals {
+ public:
+  void add(Arrival arrival) {
+    {
+      const std::lock_guard lock(mutex_);
+      waiting_.push_back(std::move(arrival));
+    }
+    arrived_.notify_all();
+  }
+  std::vector<Arrival> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(waiting_, {});
+  }
+  bool wait(std::chrono::milliseconds timeout) {
+    std::unique_lock lock(mutex_);
+    return arrived_.wait_for(lock, timeout, [&] { return !waiting_.empty(); });
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::vector<Arrival> waiting_;
+};
+
+/// A task's state that worker and globe share: whoever is first decides whether it runs.
+struct Job {
+  std::atomic<bool> taken{false};
+  io::Executor::Task task;
+};
+
+struct TileRecord {
+  TileFacts facts;
+  std::shared_ptr<const TileContent> content;
+  std::shared_ptr<Job> job;      ///< asked for and not here yet
+  std::uint64_t lastUse = 0;     ///< number of the update that used it last
+  std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
+};
+
+std::uint64_t sourceBudget(const GlobeOptions& options, std::size_t layers) {
+  const double share = kSourceShare * static_cast<double>(options.cpuCacheBytes);
+  return static_cast<std::uint64_t>(share / static_cast<double>(std::max<std::size_t>(layers, 1)));
+}
+
+io::Result<int> commonCells(const std::vector<const raster::TileSourceInfo*>& infos, const Scene& scene,
+                            raster::Kind kind, int otherwise) {
+  int cells = infos.empty() ? otherwise : infos.front()->tileCells;
+  for (const raster::TileSourceInfo* info : infos) {
+    const auto wrong = [&](std::string message) {
+      return io::fail(io::Failure::Code::invalidArgument, std::move(message), info->name);
+    };
+    if (info->kind != kind) {
+      return wrong(
+          fmt::format("holds {}, but the scene uses it as {}", raster::nameOf(info->kind), raster::nameOf(kind)));
+    }
+    if (info->scheme != scene.tiling) {
+      return wrong(fmt::format("is tiled as {}, the scene as {}; build it again with --tiling {}",
+                               tiling::nameOf(info->scheme), tiling::nameOf(scene.tiling),
+                               tiling::nameOf(scene.tiling)));
+    }
+    if (!(info->body.ellipsoid == scene.body.ellipsoid)) {
+      return wrong(fmt::format("is of the body {}, the scene of {}", info->body.name, scene.body.name));
+    }
+    if (info->tileCells != cells) {
+      return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info->tileCells, cells));
+    }
+  }
+  const bool powerOfTwo = cells > 0 && (cells & (cells - 1)) == 0;
+  if (kind == raster::Kind::elevation && !(powerOfTwo && cells >= 4 && cells <= 128)) {
+    return io::fail(io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
+                    infos.front()->name);
+  }
+  return cells;
+}
+
+}  // namespace
+
+struct Globe::State final : public TileTree {
+  State(const Scene& scene, const GlobeOptions& options, ContentMaker contentMaker,
+        std::vector<std::shared_ptr<LayerTiles>> layerTiles, std::shared_ptr<LoadLedger> loads)
+      : body(scene.body),
+        lighting(scene.lighting),
+        maker(std::move(contentMaker)),
+        layers(std::move(layerTiles)),
+        ledger(std::move(loads)),
+        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(options.cpuCacheBytes))),
+        executor(options.workers) {
+    frame.background = scene.background;
+  }
+
+  const TileFacts* facts(const tiling::TileId& id) override { return &record(id).facts; }
+
+  TileRecord& record(const tiling::TileId& id) {
+    const auto [found, isNew] = records.try_emplace(id);
+    if (isNew) {
+      HeightRange range = unknownRange(maker.ellipsoid);
+      if (id.level > 0) {
+        const auto parent = records.find(id.parent());
+        if (parent != records.end() && parent->second.content) {
+          range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
+        }
+      }
+      found->second.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, range);
+    }
+    return found->second;
+  }
+
+  void receive();
+  double occluderDepth_m() const;
+  void request(const std::vector<WantedTile>& wanted);
+  void submit(const WantedTile& wanted, TileRecord& record);
+  void cancelUnwanted();
+  void fillFrame(const View& view, const Selection& selection);
+  DrawnTile drawn(const SelectedTile& tile);
+  void evict();
+  Light lightFor(const View& view) const;
+
+  geo::Body body;
+  Lighting lighting;
+  ContentMaker maker;
+  std::vector<std::shared_ptr<LayerTiles>> layers;
+  std::shared_ptr<LoadLedger> ledger;
+  std::uint64_t contentBudget;
+  std::unordered_map<tiling::TileId, TileRecord, tiling::TileIdHash> records;
+  std::vector<tiling::TileId> underway;
+  std::uint64_t contentBytes = 0;
+  std::uint64_t updates = 0;
+  std::vector<io::Failure> failures;
+  Frame frame;
+  Arrivals arrivals;
+  io::Executor executor;  ///< last: its workers use what stands above
+};
+
+void Globe::State::receive() {
+  for (Arrival& arrival : arrivals.take()) {
+    TileRecord& r = record(arrival.id);
+    r.job.reset();
+    r.content = std::move(arrival.content);
+    r.facts = {.drawable = true, .box = r.content->box, .error_m = r.content->error_m, .texel_m = r.content->texel_m};
+    r.lastUse = updates;
+    contentBytes += r.content->bytes;
+  }
+  std::erase_if(underway, [&](const tiling::TileId& id) { return !record(id).job; });
+  for (io::Failure& failure : ledger->takeFailures())
+    failures.push_back(std::move(failure));
+}
+
+/// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
+double Globe::State::occluderDepth_m() const {
+  double lowest_m = 0.0;
+  for (int root = 0; root < maker.tiling.rootCount(); ++root) {
+    const auto found = records.find({.level = 0, .root = static_cast<std::uint8_t>(root)});
+    const bool known = found != records.end() && found->second.content;
+    lowest_m = std::min(lowest_m, (known ? found->second.content->range : unknownRange(maker.ellipsoid)).low_m);
+  }
+  return -lowest_m;
+}
+
+void Globe::State::submit(const WantedTile& wanted, TileRecord& r) {
+  std::shared_ptr<const TileContent> parent;
+  if (wanted.id.level > 0) parent = record(wanted.id.parent()).content;
+  r.job = std::make_shared<Job>();
+  r.job->task = executor.submit(wanted.priority,
+                                [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
+                                  if (job->taken.exchange(true)) return;
+                                  arrivals.add({.id = id, .content = maker.make(id, parent.get())});
+                                });
+  underway.push_back(wanted.id);
+}
+
+void Globe::State::request(const std::vector<WantedTile>& wanted) {
+  for (const WantedTile& w : wanted) {
+    TileRecord& r = record(w.id);
+    r.lastWanted = updates;
+    if (r.job) {
+      r.job->task.setPriority(w.priority);
+    } else {
+      submit(w, r);
+    }
+  }
+  cancelUnwanted();
+}
+
+void Globe::State::cancelUnwanted() {
+  std::erase_if(underway, [&](const tiling::TileId& id) {
+    TileRecord& r = record(id);
+    if (r.lastWanted == updates || r.job->taken.exchange(true)) return false;
+    r.job->task.cancel();
+    r.job.reset();
+    return true;
+  });
+}
+
+DrawnTile Globe::State::drawn(const SelectedTile& tile) {
+  const TileContent& content = *record(tile.id).content;
+  DrawnTile out{.id = tile.id,
+                .mesh = content.mesh,
+                .coarseEdges = tile.coarseEdges,
+                .colour = content.colour,
+                .relief = content.relief};
+  if (out.colour) out.colourWindow = windowIn(tile.id, content.colourLevel, maker.colours.pixels(), raster::kGutter);
+  if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
+  return out;
+}
+
+Light Globe::State::lightFor(const View& view) const {
+  Light light{.enabled = lighting.enabled, .toSun_body = lighting.subsolar.n, .ambient = lighting.ambient};
+  if (lighting.sun == Lighting::Sun::withCamera) {
+    // Behind the eye, to the left and above: 35 degrees off the line of sight, as maps are lit.
+    light.toSun_body = glm::transpose(view.viewFromBody) * geo::normalize(geo::Vec3(-0.5, 0.5, 1.0));
+  }
+  return light;
+}
+
+void Globe::State::fillFrame(const View& view, const Selection& selection) {
+  frame.view = view;
+  frame.light = lightFor(view);
+  frame.complete = selection.wanted.empty();
+  FrameStatistics& s = frame.statistics;
+  s.tilesVisited = selection.visited;
+  s.tilesCulledFrustum = selection.culledFrustum;
+  s.tilesCulledHorizon = selection.culledHorizon;
+  s.tilesWanted = static_cast<int>(selection.wanted.size());
+  s.maxScreenError_px = selection.maxScreenError_px;
+  s.tilesALevel.fill(0);
+  frame.tiles.clear();
+  for (const SelectedTile& tile : selection.drawn) {
+    frame.tiles.push_back(drawn(tile));
+    ++s.tilesALevel[tile.id.level];
+    record(tile.id).lastUse = updates;
+  }
+  for (const tiling::TileId& id : selection.inner)
+    record(id).lastUse = updates;
+  s.cpuCacheBytes = contentBytes;
+  for (const auto& layer : layers)
+    s.cpuCacheBytes += layer->bytes();
+  s.requests = ledger->requests();
+  s.failedRequests = failures.size();
+}
+
+void Globe::State::evict() {
+  constexpr std::size_t kRecordsKept = 20000;
+  if (contentBytes <= contentBudget && records.size() <= kRecordsKept) return;
+  std::vector<std::pair<std::uint64_t, tiling::TileId>> unused;
+  for (const auto& [id, r] : records) {
+    if (!r.job && r.lastUse != updates && r.lastWanted != updates) unused.emplace_back(r.lastUse, id);
+  }
+  // The longest unused first, of those the deepest: children go before their parents.
+  std::sort(unused.begin(), unused.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second.level > b.second.level;
+  });
+  for (const auto& [use, id] : unused) {
+    if (contentBytes <= contentBudget && records.size() <= kRecordsKept / 2) return;
+    const auto found = records.find(id);
+    if (found->second.content) contentBytes -= found->second.content->bytes;
+    records.erase(found);
+  }
+}
+
+Globe::Globe(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Globe::~Globe() = default;
+
+io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOptions& options,
+                                               const BuildSink& progress) {
+  auto layers = openLayers(scene, progress);
+  if (!layers) return tl::unexpected(std::move(layers.error()));
+  return fromLayers(scene, std::move(*layers), options);
+}
+
+io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLayers layers,
+                                                     const GlobeOptions& options) {
+  std::vector<const raster::TileSourceInfo*> elevation;
+  std::vector<const raster::TileSourceInfo*> imagery;
+  for (const auto& source : layers.elevation)
+    elevation.push_back(&source->info());
+  for (const auto& layer : layers.imagery)
+    imagery.push_back(&layer.source->info());
+  const auto cells = commonCells(elevation, scene, raster::Kind::elevation, raster::kElevationCells);
+  if (!cells) return tl::unexpected(cells.error());
+  const auto pixels = commonCells(imagery, scene, raster::Kind::imagery, raster::kImageryPixels);
+  if (!pixels) return tl::unexpected(pixels.error());
+
+  const std::uint64_t budget = sourceBudget(options, elevation.size() + imagery.size());
+  auto ledger = std::make_shared<LoadLedger>();
+  std::vector<std::shared_ptr<LayerTiles>> all;
+  std::vector<std::shared_ptr<LayerTiles>> ground;
+  std::vector<ColourLayers::Layer> colours;
+  for (auto& source : layers.elevation)
+    ground.push_back(std::make_shared<LayerTiles>(std::move(source), budget, ledger));
+  for (auto& layer : layers.imagery) {
+    colours.push_back({.tiles = std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger),
+                       .opacity = layer.opacity,
+                       .nightLights = layer.nightLights});
+    all.push_back(colours.back().tiles);
+  }
+  all.insert(all.end(), ground.begin(), ground.end());
+  const tiling::Tiling tiling(scene.tiling);
+  ContentMaker maker{.tiling = tiling,
+                     .ellipsoid = scene.body.ellipsoid,
+                     .ground = GroundLayers(tiling, std::move(ground), *cells),
+                     .colours = ColourLayers(std::move(colours), *pixels)};
+  return std::unique_ptr<Globe>(
+      new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
+}
+
+const geo::Body& Globe::body() const {
+  return state_->body;
+}
+Lighting& Globe::lighting() {
+  return state_->lighting;
+}
+std::array<float, 3>& Globe::background() {
+  return state_->frame.background;
+}
+const std::vector<io::Failure>& Globe::failures() const {
+  return state_->failures;
+}
+
+const Frame& Globe::update(const View& view, const CutOptions& options) {
+  const auto start = Clock::now();
+  State& s = *state_;
+  ++s.updates;
+  s.receive();
+  const Selection selection = select(s.maker.tiling, s.maker.ellipsoid, view, options, s.occluderDepth_m(), s);
+  s.request(selection.wanted);
+  s.fillFrame(view, selection);
+  s.evict();
+  s.frame.statistics.update_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  return s.frame;
+}
+
+bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
+  return !state_->underway.empty() && state_->arrivals.wait(timeout);
+}
+
+std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
+  const tiling::RootPoint p = state_->maker.tiling.rootPoint(d);
+  std::optional<double> height_m;
+  for (int level = 0; level <= kDeepestLevel; ++level) {
+    const double across = std::exp2(level);
+    const auto index = [&](double w) {
+      return static_cast<std::uint32_t>(std::clamp(std::floor(w * across), 0.0, across - 1.0));
+    };
+    const tiling::TileId id{static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(p.root), index(p.u),
+                            index(p.v)};
+    const auto found = state_->records.find(id);
+    if (found == state_->records.end() || !found->second.content) return height_m;
+    height_m = heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
+  }
+  return height_m;
+}
+
+}  // namespace tellurion::scene

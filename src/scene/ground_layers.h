@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "scene/layer_tiles.h"
+#include "scene/terrain_mesh.h"
+
+namespace tellurion::scene {
+
+/// Lowest and highest ground, metres above the ellipsoid.
+struct HeightRange {
+  double low_m = 0.0;
+  double high_m = 0.0;
+};
+
+/// The ground of one tile, composed of all elevation layers.
+struct ComposedGround {
+  GroundSamples heights;                  ///< all finite: 0 where no layer has data
+  HeightRange range;                      ///< of this tile's ground and of all below it
+  std::array<HeightRange, 4> childRange;  ///< the same of its children
+  double error_m = 0.0;  ///< what the layers' sources say that this tile misses of the finest data below
+  int level = -1;        ///< the deepest level at which a layer has samples of its own here; -1: no data
+};
+
+/// Composes elevation layers. Thread-safe; blocks while sources do.
+///
+/// The height of a vertex depends on its place and level only, whichever tile asks: where tiles that touch at an edge
+/// or a corner are not all stored, the samples there are taken from the deepest level at which all are, so neighbours
+/// agree bit for bit.
+class GroundLayers {
+ public:
+  GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells);
+
+  ComposedGround compose(const tiling::TileId& id) const;
+  int cells() const { return cells_; }
+
+ private:
+  tiling::Tiling tiling_;
+  std::vector<std::shared_ptr<LayerTiles>> layers_;
+  int cells_;
+};
+
+}  // namespace tellurion::scene

@@ -1,0 +1,136 @@
+#include "scene/layer_tiles.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tellurion::scene {
+namespace {
+
+std::uint64_t bytesOf(const raster::SourceTile& tile) {
+  if (const auto* heights = std::get_if<raster::ElevationTile>(&tile.payload)) {
+    return sizeof(raster::SourceTile) + heights->samples.samples.size() * sizeof(float);
+  }
+  return sizeof(raster::SourceTile) +
+         std::get<raster::ImageryTile>(tile.payload).pixels.samples.size() * sizeof(raster::Rgba8);
+}
+
+/// Whether a tile is what its source says that it holds; the code behind it indexes without looking again.
+bool fits(const raster::SourceTile& tile, const raster::TileSourceInfo& info) {
+  const int side = info.tileCells + 2 * raster::kGutter;
+  if (const auto* heights = std::get_if<raster::ElevationTile>(&tile.payload)) {
+    return info.kind == raster::Kind::elevation && heights->samples.width == side + 1 &&
+           heights->samples.height == side + 1;
+  }
+  const auto& pixels = std::get<raster::ImageryTile>(tile.payload).pixels;
+  return info.kind == raster::Kind::imagery && pixels.width == side && pixels.height == side;
+}
+
+}  // namespace
+
+void LoadLedger::add(io::Failure failure) {
+  const std::lock_guard lock(mutex_);
+  failures_.push_back(std::move(failure));
+}
+
+std::vector<io::Failure> LoadLedger::takeFailures() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failures_, {});
+}
+
+LayerTiles::LayerTiles(std::shared_ptr<const raster::TileSource> source, std::uint64_t budgetBytes,
+                       std::shared_ptr<LoadLedger> ledger)
+    : source_(std::move(source)), budgetBytes_(budgetBytes), ledger_(std::move(ledger)) {}
+
+LayerTiles::TilePointer LayerTiles::get(const tiling::TileId& id) {
+  if (id.level > info().maxLevel) return nullptr;
+  {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const auto found = tiles_.find(id);
+      if (found == tiles_.end()) break;
+      if (!found->second.loading) {
+        uses_.splice(uses_.begin(), uses_, found->second.use);
+        return found->second.tile;
+      }
+      loaded_.wait(lock);
+    }
+    const auto known = known_.find(id);
+    if (known != known_.end() && !known->second.stored) return nullptr;
+    tiles_.try_emplace(id);
+  }
+  TilePointer tile = load(id);
+  const std::lock_guard lock(mutex_);
+  known_[id] = tile ? Known{.stored = true, .childMask = tile->childMask} : Known{};
+  if (!tile) {
+    tiles_.erase(id);
+  } else {
+    uses_.push_front(id);
+    const std::uint64_t bytes = bytesOf(*tile);
+    tiles_[id] = {.loading = false, .tile = tile, .bytes = bytes, .use = uses_.begin()};
+    bytes_ += bytes;
+    trim();
+  }
+  loaded_.notify_all();
+  return tile;
+}
+
+LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
+  ledger_->countRequest();
+  auto loaded = source_->load(id);
+  if (!loaded) {
+    ledger_->add(std::move(loaded.error()));
+    return nullptr;
+  }
+  if (!*loaded) return nullptr;
+  if (!fits(**loaded, info())) {
+    ledger_->add({.code = io::Failure::Code::corrupt,
+                  .message = "a tile is not of the size and kind that its source states",
+                  .where = info().name});
+    return nullptr;
+  }
+  return std::make_shared<const raster::SourceTile>(std::move(**loaded));
+}
+
+void LayerTiles::trim() {
+  while (bytes_ > budgetBytes_ && uses_.size() > 1) {
+    const auto last = tiles_.find(uses_.back());
+    bytes_ -= last->second.bytes;
+    tiles_.erase(last);
+    uses_.pop_back();
+  }
+}
+
+LayerTiles::Known LayerTiles::know(const tiling::TileId& id) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = known_.find(id);
+    if (known != known_.end()) return known->second;
+  }
+  const TilePointer tile = get(id);
+  return tile ? Known{.stored = true, .childMask = tile->childMask} : Known{};
+}
+
+int LayerTiles::storedLevel(const tiling::TileId& id) {
+  const int deepest = std::min<int>(id.level, info().maxLevel);
+  for (int level = 0; level <= deepest; ++level) {
+    const Known here = know(id.ancestor(level));
+    if (!here.stored) return level - 1;
+    if (level == deepest) return level;
+    const int quadrant = id.ancestor(level + 1).quadrant();
+    if (((here.childMask >> quadrant) & 1) == 0) return level;
+    if (level + 1 == deepest) {
+      // Not loaded for this question alone; one that is known to have failed does not count.
+      const std::lock_guard lock(mutex_);
+      const auto known = known_.find(id.ancestor(deepest));
+      return known != known_.end() && !known->second.stored ? level : deepest;
+    }
+  }
+  return -1;
+}
+
+std::uint64_t LayerTiles::bytes() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+}  // namespace tellurion::scene

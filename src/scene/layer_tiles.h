@@ -1,0 +1,75 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+#include "raster/tile_source.h"
+
+namespace tellurion::scene {
+
+/// Counts of what was asked of all layers' sources, and what went wrong. Thread-safe.
+class LoadLedger {
+ public:
+  void countRequest() { ++requests_; }
+  void add(io::Failure failure);
+  std::uint64_t requests() const { return requests_; }
+  /// Failures since the last call.
+  std::vector<io::Failure> takeFailures();
+
+ private:
+  std::atomic<std::uint64_t> requests_{0};
+  std::mutex mutex_;
+  std::vector<io::Failure> failures_;
+};
+
+/// The decoded tiles of one source, in a cache with a byte budget. Never asks the source for a tile that is loaded,
+/// being loaded, known not to exist, or failed before. Thread-safe; get() blocks while the source does.
+class LayerTiles {
+ public:
+  using TilePointer = std::shared_ptr<const raster::SourceTile>;
+
+  LayerTiles(std::shared_ptr<const raster::TileSource> source, std::uint64_t budgetBytes,
+             std::shared_ptr<LoadLedger> ledger);
+
+  const raster::TileSourceInfo& info() const { return source_->info(); }
+  /// Null: there is no such tile, or it could not be loaded (which the ledger is told once).
+  TilePointer get(const tiling::TileId& id);
+  /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
+  /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
+  int storedLevel(const tiling::TileId& id);
+  std::uint64_t bytes() const;
+
+ private:
+  struct Entry {
+    bool loading = true;
+    TilePointer tile;
+    std::uint64_t bytes = 0;
+    std::list<tiling::TileId>::iterator use;
+  };
+  /// The children of a tile that is stored, known for ever; missing and failed tiles are known as such.
+  struct Known {
+    bool stored = false;
+    std::uint8_t childMask = 0;
+  };
+  Known know(const tiling::TileId& id);
+  TilePointer load(const tiling::TileId& id);
+  void trim();
+
+  std::shared_ptr<const raster::TileSource> source_;
+  std::uint64_t budgetBytes_;
+  std::shared_ptr<LoadLedger> ledger_;
+  mutable std::mutex mutex_;
+  std::condition_variable loaded_;
+  std::unordered_map<tiling::TileId, Entry, tiling::TileIdHash> tiles_;
+  std::unordered_map<tiling::TileId, Known, tiling::TileIdHash> known_;
+  std::list<tiling::TileId> uses_;  ///< most recent first
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace tellurion::scene

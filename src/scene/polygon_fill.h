@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "scene/bisection.h"
+
+namespace tellurion::scene {
+
+/// The outline of triangles that together make one region without holes, counter-clockwise. Pure, quadratic in their
+/// number.
+std::vector<GridPoint> outlineOf(const std::vector<GridTriangle>& region);
+
+/// Adds triangles that fill a simple polygon, given counter-clockwise; straight angles are allowed. Ear clipping, exact
+/// (whole numbers).
+void fillPolygon(std::vector<GridPoint> outline, std::vector<GridTriangle>& out);
+
+}  // namespace tellurion::scene

@@ -1,0 +1,216 @@
+#include "scene/terrain_mesh.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "scene/bisection.h"
+
+namespace tellurion::scene {
+namespace {
+
+constexpr double kOriginGrid_m = 0x1p-10;
+constexpr std::uint16_t kNoVertex = std::numeric_limits<std::uint16_t>::max();
+
+double meanEdge_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level) {
+  // One level above the roots is asked for by the coarse edges of the roots' meshes, which are never drawn.
+  const double size = tiling.metrics(std::max(level, 0)).meanEdge.radians() * ellipsoid.semiMajorAxis_m();
+  return level < 0 ? 2.0 * size : size;
+}
+
+geo::Vec3 rounded(const geo::Vec3& p, double grid_m) {
+  return geo::Vec3(std::round(p.x / grid_m), std::round(p.y / grid_m), std::round(p.z / grid_m)) * grid_m;
+}
+
+geo::Vec3 at(const SurfaceGrid& grid, GridPoint p) {
+  return grid.positions[grid.index(p.col, p.row)].m;
+}
+
+using EdgeFlags = std::array<std::vector<std::uint8_t>, 4>;
+
+EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bool keepMiddle) {
+  EdgeFlags flags;
+  for (int edge = 0; edge < 4; ++edge) {
+    std::vector<geo::Vec3> samples;
+    for (int i = 0; i <= grid.cells; i += step)
+      samples.push_back(at(grid, edgePoint(edge, i, grid.cells)));
+    const std::vector<std::uint8_t> kept = keptAlongEdge(samples, tolerance_m, keepMiddle);
+    auto& out = flags[static_cast<std::size_t>(edge)];
+    out.assign(static_cast<std::size_t>(grid.cells) + 1, 0);
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      out[i * static_cast<std::size_t>(step)] = kept[i];
+  }
+  return flags;
+}
+
+/// Collects vertices and indices of one mesh.
+class MeshWriter {
+ public:
+  MeshWriter(const SurfaceGrid& grid, double vertexGrid_m) : grid_(grid), vertexGrid_m_(vertexGrid_m) {
+    const auto middle = static_cast<std::int16_t>(grid.cells / 2);
+    mesh_.origin = {rounded(at(grid, {middle, middle}), std::max(kOriginGrid_m, vertexGrid_m))};
+    mesh_.serial = nextSerial();
+    vertexOf_.assign(static_cast<std::size_t>((grid.cells + 1) * (grid.cells + 1)), kNoVertex);
+  }
+
+  IndexRange add(const std::vector<GridTriangle>& triangles) {
+    const IndexRange range{static_cast<std::uint32_t>(mesh_.indices.size()),
+                           static_cast<std::uint32_t>(triangles.size() * 3)};
+    for (const GridTriangle& t : triangles) {
+      for (const GridPoint p : t)
+        mesh_.indices.push_back(vertex(p));
+    }
+    return range;
+  }
+  /// The vertices on the edge are new ones, rounded to the parent level's grid.
+  IndexRange addCoarse(const std::vector<GridTriangle>& triangles, int edge) {
+    std::vector<std::uint16_t> fine(static_cast<std::size_t>(grid_.cells) + 1);
+    for (int i = 0; i <= grid_.cells; ++i) {
+      fine[static_cast<std::size_t>(i)] = std::exchange(vertexOf_[slot(edgePoint(edge, i, grid_.cells))], kNoVertex);
+    }
+    vertexGrid_m_ *= 2.0;
+    const IndexRange range = add(triangles);
+    vertexGrid_m_ /= 2.0;
+    for (int i = 0; i <= grid_.cells; ++i) {
+      vertexOf_[slot(edgePoint(edge, i, grid_.cells))] = fine[static_cast<std::size_t>(i)];
+    }
+    return range;
+  }
+
+  TerrainMesh& mesh() { return mesh_; }
+
+ private:
+  std::size_t slot(GridPoint p) const {
+    return static_cast<std::size_t>(p.row) * static_cast<std::size_t>(grid_.cells + 1) +
+           static_cast<std::size_t>(p.col);
+  }
+
+  std::uint16_t vertex(GridPoint p) {
+    std::uint16_t& known = vertexOf_[slot(p)];
+    if (known == kNoVertex) {
+      known = static_cast<std::uint16_t>(mesh_.vertices.size());
+      mesh_.vertices.push_back(make(p));
+    }
+    return known;
+  }
+
+  TerrainVertex make(GridPoint p) const {
+    const auto normalised = [](double v) { return static_cast<std::int16_t>(std::lround(v * 32767.0)); };
+    const auto share = [&](int i) { return static_cast<std::uint16_t>(std::lround(65535.0 * i / grid_.cells)); };
+    const geo::Vec3 up = grid_.up[grid_.index(p.col, p.row)].n;
+    return {.position_tile = geo::Vec3f(rounded(at(grid_, p), vertexGrid_m_) - mesh_.origin.m),
+            .up_body = {normalised(up.x), normalised(up.y), normalised(up.z), 0},
+            .s = share(p.col),
+            .t = share(p.row)};
+  }
+
+  const SurfaceGrid& grid_;
+  double vertexGrid_m_;
+  TerrainMesh mesh_;
+  std::vector<std::uint16_t> vertexOf_;
+};
+
+/// The largest distance from a sample to its place on the triangles.
+double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& grid) {
+  double worst2 = 0.0;
+  for (const GridTriangle& t : triangles) {
+    const double area = doubleArea(t[0], t[1], t[2]);
+    if (area <= 1.0) continue;  // half a cell: no sample but its corners
+    const std::array<geo::Vec3, 3> corners{at(grid, t[0]), at(grid, t[1]), at(grid, t[2])};
+    const auto [west, east] = std::minmax({t[0].col, t[1].col, t[2].col});
+    const auto [north, south] = std::minmax({t[0].row, t[1].row, t[2].row});
+    for (auto row = north; row <= south; ++row) {
+      for (auto col = west; col <= east; ++col) {
+        const GridPoint p{col, row};
+        const int w0 = doubleArea(t[1], t[2], p);
+        const int w1 = doubleArea(t[2], t[0], p);
+        const int w2 = doubleArea(t[0], t[1], p);
+        if (w0 < 0 || w1 < 0 || w2 < 0) continue;
+        const geo::Vec3 drawn = (corners[0] * double(w0) + corners[1] * double(w1) + corners[2] * double(w2)) / area;
+        const geo::Vec3 off = at(grid, p) - drawn;
+        worst2 = std::max(worst2, geo::dot(off, off));
+      }
+    }
+  }
+  return std::sqrt(worst2);
+}
+
+/// How far the bilinear ground between four samples is from the triangles between them, at most, curvature included: at
+/// the middle of the cell, against either diagonal.
+double errorWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
+  double worst2 = 0.0;
+  for (std::int16_t row = 0; row < grid.cells; ++row) {
+    for (std::int16_t col = 0; col < grid.cells; ++col) {
+      const auto right = static_cast<std::int16_t>(col + 1);
+      const auto below = static_cast<std::int16_t>(row + 1);
+      const geo::Vec3 twist =
+          (at(grid, {col, row}) - at(grid, {right, row}) - at(grid, {col, below}) + at(grid, {right, below})) * 0.25;
+      worst2 = std::max(worst2, geo::dot(twist, twist));
+    }
+  }
+  const double diagonal =
+      tiling.metrics(grid.id.level).largestEdge.radians() * ellipsoid.semiMajorAxis_m() / grid.cells * std::sqrt(2.0);
+  return std::sqrt(worst2) + diagonal * diagonal / (8.0 * ellipsoid.semiMinorAxis_m());
+}
+
+double errorOf(const Triangulation& triangles, const SurfaceGrid& grid) {
+  double worst = errorOf(triangles.interior, grid);
+  for (const auto& strip : triangles.fine)
+    worst = std::max(worst, errorOf(strip, grid));
+  return worst;
+}
+
+OrientedBox boxOf(const SurfaceGrid& grid, double margin_m) {
+  std::vector<geo::BodyPosition> points;
+  points.reserve(static_cast<std::size_t>((grid.cells + 1) * (grid.cells + 1)));
+  for (int row = 0; row <= grid.cells; ++row) {
+    const auto first = grid.positions.begin() + static_cast<std::ptrdiff_t>(grid.index(0, row));
+    points.insert(points.end(), first, first + grid.cells + 1);
+  }
+  const int middle = grid.cells / 2;
+  const geo::Vec3 across = grid.positions[grid.index(grid.cells, middle)] - grid.positions[grid.index(0, middle)];
+  return boxAround(points, across, grid.up[grid.index(middle, middle)].n, margin_m);
+}
+
+}  // namespace
+
+std::uint64_t nextSerial() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
+  return kMeshToleranceShare * meanEdge_m(tiling, ellipsoid, level) / cells;
+}
+
+double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
+  return std::exp2(std::floor(std::log2(meanEdge_m(tiling, ellipsoid, level) / cells)) - 15.0);
+}
+
+MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
+  const double tolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level, grid.cells);
+  const double parentTolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level - 1, grid.cells);
+  std::vector<geo::Vec3> points;
+  points.reserve(static_cast<std::size_t>((grid.cells + 1) * (grid.cells + 1)));
+  for (std::int16_t row = 0; row <= grid.cells; ++row) {
+    for (std::int16_t col = 0; col <= grid.cells; ++col)
+      points.push_back(at(grid, {col, row}));
+  }
+  const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, flagsOfEdges(grid, 1, tolerance_m, true),
+                                              flagsOfEdges(grid, 2, parentTolerance_m, false));
+  MeshWriter writer(grid, vertexGrid_m(tiling, ellipsoid, grid.id.level, grid.cells));
+  TerrainMesh& mesh = writer.mesh();
+  mesh.interior = writer.add(triangles.interior);
+  for (std::size_t e = 0; e < 4; ++e)
+    mesh.fineEdge[e] = writer.add(triangles.fine[e]);
+  for (std::size_t e = 0; e < 4; ++e)
+    mesh.coarseEdge[e] = writer.addCoarse(triangles.coarse[e], static_cast<int>(e));
+  const double error_m = errorOf(triangles, grid) + errorWithinCells(tiling, ellipsoid, grid);
+  return {
+      .mesh = std::make_shared<const TerrainMesh>(std::move(mesh)), .box = boxOf(grid, error_m), .error_m = error_m};
+}
+
+}  // namespace tellurion::scene

@@ -1,0 +1,125 @@
+#include "scene/tile_content.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tellurion::scene {
+namespace {
+
+std::uint64_t bytesOf(const TextureImage& image) {
+  std::uint64_t bytes = sizeof(TextureImage);
+  for (const auto& mip : image.mips)
+    bytes += mip.samples.size() * sizeof(raster::Rgba8);
+  return bytes;
+}
+
+std::uint64_t bytesOf(const TerrainMesh& mesh) {
+  return sizeof(TerrainMesh) + mesh.vertices.size() * sizeof(TerrainVertex) +
+         mesh.indices.size() * sizeof(std::uint16_t);
+}
+
+void addColour(const ColourLayers& layers, const tiling::TileId& id, const TileContent* parent, const SurfaceGrid& grid,
+               TileContent& content) {
+  const ComposedColour colour = layers.compose(id);
+  content.colour = colour.image;
+  content.colourLevel = id.level;
+  if (colour.image) {
+    content.bytes += bytesOf(*colour.image);
+  } else if (parent != nullptr) {
+    content.colour = parent->colour;
+    content.colourLevel = parent->colourLevel;
+  }
+  if (!colour.finerBelow) return;
+  const int middle = grid.cells / 2;
+  const double across =
+      geo::length(grid.positions[grid.index(grid.cells, middle)] - grid.positions[grid.index(0, middle)]);
+  const double down =
+      geo::length(grid.positions[grid.index(middle, grid.cells)] - grid.positions[grid.index(middle, 0)]);
+  content.texel_m = std::max(across, down) / layers.pixels();
+}
+
+void addRelief(const ComposedGround& ground, const tiling::TileId& id, const TileContent* parent,
+               const SurfaceGrid& grid, TileContent& content) {
+  if (ground.level < 0) return;
+  if (ground.level < id.level && parent != nullptr) {
+    content.relief = parent->relief;
+    content.reliefLevel = parent->reliefLevel;
+    return;
+  }
+  content.relief = makeRelief(grid);
+  content.reliefLevel = id.level;
+  content.bytes += bytesOf(*content.relief);
+}
+
+OrientedBox grown(OrientedBox box, double by_m) {
+  for (geo::Vec3& axis : box.halfAxes)
+    axis *= 1.0 + by_m / geo::length(axis);
+  return box;
+}
+
+}  // namespace
+
+std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
+  auto content = std::make_shared<TileContent>();
+  ComposedGround composed = ground.compose(id);
+  const SurfaceGrid grid = surfaceGrid(tiling, ellipsoid, id, composed.heights);
+  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid);
+  content->mesh = made.mesh;
+  content->box = grown(made.box, composed.error_m);
+  content->error_m = id.level < kDeepestLevel ? made.error_m + composed.error_m : 0.0;
+  content->range = composed.range;
+  content->childRange = composed.childRange;
+  addRelief(composed, id, parent, grid, *content);
+  addColour(colours, id, parent, grid, *content);
+  content->heights = std::move(composed.heights);
+  content->bytes += sizeof(TileContent) + bytesOf(*content->mesh) + content->heights.samples.size() * sizeof(float);
+  return content;
+}
+
+TextureWindow windowIn(const tiling::TileId& id, int level, int cells, double border) {
+  const double size = tiling::tileSize(id.level - level);
+  const double texels = cells + 2.0 * border;
+  const auto offset = [&](std::uint32_t index) {
+    const std::uint32_t within = index & ((1u << (id.level - level)) - 1u);
+    return static_cast<float>((border + within * size * cells) / texels);
+  };
+  const auto scale = static_cast<float>(size * cells / texels);
+  return {.offset = geo::Vec2f(offset(id.x), offset(id.y)), .scale = geo::Vec2f(scale, scale)};
+}
+
+double heightIn(const GroundSamples& heights, double s, double t) {
+  const int cells = heights.width - 3;
+  const double col = std::clamp(s, 0.0, 1.0) * cells;
+  const double row = std::clamp(t, 0.0, 1.0) * cells;
+  const int c = std::min(static_cast<int>(col), cells - 1);
+  const int r = std::min(static_cast<int>(row), cells - 1);
+  const auto at = [&](int dc, int dr) { return static_cast<double>(heights.at(c + dc + 1, r + dr + 1)); };
+  const double above = at(0, 0) + (at(1, 0) - at(0, 0)) * (col - c);
+  const double below = at(0, 1) + (at(1, 1) - at(0, 1)) * (col - c);
+  return above + (below - above) * (row - r);
+}
+
+OrientedBox estimatedBox(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
+                         const HeightRange& range) {
+  constexpr int kSteps = 8;
+  std::vector<geo::BodyPosition> points;
+  geo::Direction middle;
+  geo::Vec3 across{0.0, 0.0, 0.0};
+  for (int row = 0; row <= kSteps; ++row) {
+    for (int col = 0; col <= kSteps; ++col) {
+      const geo::Direction d = tiling.direction(tiling::rootPointIn(id, double(col) / kSteps, double(row) / kSteps));
+      points.push_back(ellipsoid.bodyFromDirection(d, range.low_m));
+      points.push_back(ellipsoid.bodyFromDirection(d, range.high_m));
+      if (row == kSteps / 2 && col == kSteps / 2) middle = d;
+      if (row == kSteps / 2 && col == 0) across -= d.n;
+      if (row == kSteps / 2 && col == kSteps) across += d.n;
+    }
+  }
+  // Between two points the ground bulges by the sagitta of the angle between them; a diagonal is the longest.
+  const double angle = tiling.metrics(id.level).largestEdge.radians() / kSteps * std::sqrt(2.0);
+  const double bulge =
+      (ellipsoid.semiMajorAxis_m() + std::abs(range.high_m)) / (1.0 - ellipsoid.flattening()) * (angle * angle / 8.0);
+  return boxAround(points, across, middle.n, bulge);
+}
+
+}  // namespace tellurion::scene

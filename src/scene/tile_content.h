@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "scene/colour_layers.h"
+#include "scene/ground_layers.h"
+#include "scene/terrain_mesh.h"
+
+namespace tellurion::scene {
+
+/// No tile is made deeper than this: samples 2 mm apart on Earth.
+inline constexpr int kDeepestLevel = 26;
+
+/// All that is needed to draw a tile and to plan beyond it. Immutable once made; shared by workers, globe and frame.
+struct TileContent {
+  std::shared_ptr<const TerrainMesh> mesh;
+  std::shared_ptr<const TextureImage> colour;  ///< its own or an ancestor's, as are the next three
+  int colourLevel = 0;
+  std::shared_ptr<const TextureImage> relief;
+  int reliefLevel = 0;
+  GroundSamples heights;
+  OrientedBox box;    ///< holds the ground of the tile and of all below it
+  HeightRange range;  ///< of the ground of the tile and of all below it
+  std::array<HeightRange, 4> childRange;
+  double error_m = 0.0;  ///< as TileFacts has it
+  double texel_m = 0.0;
+  std::uint64_t bytes = 0;  ///< of what is its own
+};
+
+/// Everything that makes contents. Immutable, thread-safe.
+struct ContentMaker {
+  tiling::Tiling tiling;
+  geo::Ellipsoid ellipsoid;
+  GroundLayers ground;
+  ColourLayers colours;
+
+  /// Blocks while sources do. parent: of the tile over it; null for roots.
+  std::shared_ptr<const TileContent> make(const tiling::TileId& id, const TileContent* parent) const;
+};
+
+/// Where tile `id` finds itself in a texture that belongs to its ancestor at `level`: `cells` wide without its border,
+/// whose texel centres lie `border` texels inside its edge (colour: 1, a gutter; relief: 0.5, vertex-registered).
+TextureWindow windowIn(const tiling::TileId& id, int level, int cells, double border);
+
+/// A box that surely holds the ground of a tile that has not been made, from the range of its heights.
+OrientedBox estimatedBox(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
+                         const HeightRange& range);
+
+/// Height at a place of a tile (s, t in 0..1), bilinear.
+double heightIn(const GroundSamples& heights, double s, double t);
+
+}  // namespace tellurion::scene

@@ -1,0 +1,37 @@
+#include "scene/view_frustum.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tellurion::scene {
+
+ViewFrustum::ViewFrustum(const View& view) : eye_(view.eye.m) {
+  const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
+  const double y = std::tan(view.verticalFov.radians() / 2.0);
+  const double x = y * view.viewport.width / view.viewport.height;
+  // In view axes the picture is |x| <= tan * -z, |y| <= tan * -z.
+  const std::array<geo::Vec3, 5> inView{geo::Vec3(-1.0, 0.0, -x), geo::Vec3(1.0, 0.0, -x), geo::Vec3(0.0, -1.0, -y),
+                                        geo::Vec3(0.0, 1.0, -y), geo::Vec3(0.0, 0.0, -1.0)};
+  std::transform(inView.begin(), inView.end(), inward_.begin(),
+                 [&](const geo::Vec3& n) { return bodyFromView * geo::normalize(n); });
+}
+
+bool ViewFrustum::mayShow(const OrientedBox& box) const {
+  const geo::Vec3 centre = box.centre.m - eye_;
+  return std::all_of(inward_.begin(), inward_.end(), [&](const geo::Vec3& n) {
+    double reach = 1e-6;
+    for (const geo::Vec3& axis : box.halfAxes)
+      reach += std::abs(geo::dot(axis, n));
+    return geo::dot(centre, n) >= -reach;
+  });
+}
+
+bool isBeyondHorizon(const OrientedBox& box, const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid,
+                     double occluderDepth_m) {
+  const auto corners = box.corners();
+  return std::all_of(corners.begin(), corners.end(), [&](const geo::BodyPosition& corner) {
+    return ellipsoid.isBelowHorizon(eye, corner, occluderDepth_m);
+  });
+}
+
+}  // namespace tellurion::scene
