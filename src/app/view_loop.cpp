@@ -150,7 +150,7 @@ io::Result<void> ViewLoop::drawPicture() {
 void ViewLoop::drawPanels() {
   render::copyToWindow(*target_, window_.pictureSize());
   window_.beginPanels();
-  drawStatusLine(statusLeft(), statusRight());
+  drawStatusLine(statusParts(), statusRight());
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
   if (helpShown_) drawHelp();
@@ -159,22 +159,22 @@ void ViewLoop::drawPanels() {
   panelsStale_ = false;
 }
 
-std::string ViewLoop::statusLeft() const {
+std::vector<std::string> ViewLoop::statusParts() const {
   const scene::View& view = controls_.view();
   const scene::Camera camera = scene::cameraOf(view, ground_.ellipsoid);
   const double height_m = camera.position.height_m;
+  std::vector<std::string> parts{place(camera.position)};
   const auto ground_m = globe_.groundHeight_m(ground_.ellipsoid.directionFromBody(view.eye));
-  std::string text = place(camera.position);
-  if (ground_m) text += fmt::format("   {} above ground", length(height_m - *ground_m));
-  text += fmt::format("   {} above the ellipsoid", length(height_m));
+  if (ground_m) parts.push_back(length(height_m - *ground_m) + " above ground");
+  parts.push_back("height " + length(height_m));
   const double heading = std::fmod(camera.heading.degrees() + 360.0, 360.0);
-  text += fmt::format("   heading {:.0f}\u00b0 pitch {:.0f}\u00b0", heading, camera.pitch.degrees());
+  parts.push_back(fmt::format("heading {:.0f}\u00b0 pitch {:.0f}\u00b0", heading, camera.pitch.degrees()));
   const auto under = cursor_ && !controls_.dragging() ? scene::pointUnder(view, *cursor_, ground_) : std::nullopt;
   if (under) {
     const geo::Geodetic g = ground_.ellipsoid.geodeticFromBody(*under);
-    text += fmt::format("   cursor {} {}", place(g), length(g.height_m));
+    parts.push_back(fmt::format("cursor {} {}", place(g), length(g.height_m)));
   }
-  return text;
+  return parts;
 }
 
 std::string ViewLoop::statusRight() const {

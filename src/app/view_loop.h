@@ -34,7 +34,7 @@ class ViewLoop {
   void reportFailures();
   void notify(std::string text);
   bool noticeShown() const { return Clock::now() < noticeUntil_; }
-  std::string statusLeft() const;
+  std::vector<std::string> statusParts() const;
   std::string statusRight() const;
 
   ViewWindow& window_;

@@ -11,6 +11,7 @@ namespace {
 constexpr ImU32 kBand = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
 constexpr float kMargin = 6.0f;
+constexpr float kGap = 3.0f * kMargin;
 
 struct Control {
   const char* input;
@@ -39,16 +40,19 @@ void drawText(float x, float y, const std::string& text) {
 
 }  // namespace
 
-void drawStatusLine(const std::string& left, const std::string& right) {
+void drawStatusLine(const std::vector<std::string>& parts, const std::string& right) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float top = size.y - ImGui::GetFontSize() - 2.0f * kMargin;
   const float rightEdge = size.x - kMargin - ImGui::CalcTextSize(right.c_str()).x;
-  ImDrawList* list = ImGui::GetForegroundDrawList();
-  list->AddRectFilled(ImVec2(0.0f, top), size, kBand);
-  list->PushClipRect(ImVec2(0.0f, top), ImVec2(std::max(rightEdge - kMargin, 0.0f), size.y));
-  drawText(kMargin, top + kMargin, left);
-  list->PopClipRect();
+  ImGui::GetForegroundDrawList()->AddRectFilled(ImVec2(0.0f, top), size, kBand);
   drawText(rightEdge, top + kMargin, right);
+  float x = kMargin;
+  for (const std::string& part : parts) {
+    const float end = x + ImGui::CalcTextSize(part.c_str()).x;
+    if (end + kGap > rightEdge) break;
+    drawText(x, top + kMargin, part);
+    x = end + kGap;
+  }
 }
 
 void drawNotice(const std::string& text) {

@@ -14,10 +14,20 @@
 
 namespace tellurion::app {
 
+namespace {
+
+struct Heard {
+  std::vector<InputEvent> events;
+  /// Where the cursor was at the last event; the window system itself only knows where it is by now.
+  scene::PixelPosition cursor;
+};
+
+}  // namespace
+
 struct ViewWindow::State {
   GLFWwindow* window = nullptr;
   bool panels = false;
-  std::vector<InputEvent> events;
+  Heard heard;
 
   ~State() {
     if (panels) {
@@ -32,10 +42,8 @@ struct ViewWindow::State {
 
 namespace {
 
-using Events = std::vector<InputEvent>;
-
-Events& eventsOf(GLFWwindow* window) {
-  return *static_cast<Events*>(glfwGetWindowUserPointer(window));
+Heard& heardBy(GLFWwindow* window) {
+  return *static_cast<Heard*>(glfwGetWindowUserPointer(window));
 }
 
 scene::PixelPosition pixelFrom(GLFWwindow* window, double x, double y) {
@@ -43,12 +51,6 @@ scene::PixelPosition pixelFrom(GLFWwindow* window, double x, double y) {
   glfwGetWindowSize(window, &windowWidth, &windowHeight);
   glfwGetFramebufferSize(window, &width, &height);
   return {x * width / std::max(windowWidth, 1), y * height / std::max(windowHeight, 1)};
-}
-
-scene::PixelPosition cursorOf(GLFWwindow* window) {
-  double x = 0.0, y = 0.0;
-  glfwGetCursorPos(window, &x, &y);
-  return pixelFrom(window, x, y);
 }
 
 Modifiers modifiersFrom(int mods) {
@@ -60,23 +62,25 @@ void onButton(GLFWwindow* window, int button, int action, int mods) {
   const MouseButton which = button == GLFW_MOUSE_BUTTON_LEFT    ? MouseButton::left
                             : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::right
                                                                 : MouseButton::middle;
-  eventsOf(window).push_back(
-      ButtonChanged{which, action == GLFW_PRESS, modifiersFrom(mods), cursorOf(window), glfwGetTime()});
+  Heard& heard = heardBy(window);
+  heard.events.push_back(ButtonChanged{which, action == GLFW_PRESS, modifiersFrom(mods), heard.cursor, glfwGetTime()});
 }
 
 // Only the last of several moves counts: gestures are functions of where the cursor is.
 void onCursor(GLFWwindow* window, double x, double y) {
-  Events& events = eventsOf(window);
+  auto& [events, cursor] = heardBy(window);
+  cursor = pixelFrom(window, x, y);
   if (!events.empty() && std::holds_alternative<CursorMoved>(events.back())) events.pop_back();
-  events.push_back(CursorMoved{pixelFrom(window, x, y)});
+  events.push_back(CursorMoved{cursor});
 }
 
 void onEnter(GLFWwindow* window, int entered) {
-  if (!entered) eventsOf(window).push_back(CursorLeft{});
+  if (!entered) heardBy(window).events.push_back(CursorLeft{});
 }
 
 void onScroll(GLFWwindow* window, double, double steps) {
-  eventsOf(window).push_back(WheelTurned{steps, cursorOf(window)});
+  Heard& heard = heardBy(window);
+  heard.events.push_back(WheelTurned{steps, heard.cursor});
 }
 
 std::optional<ViewKey> keyFrom(int key) {
@@ -116,11 +120,11 @@ void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
   if (action == GLFW_RELEASE) return;
   const auto which = namedKey(key, scancode);
   if (which && (action == GLFW_PRESS || repeats(*which)))
-    eventsOf(window).push_back(KeyPressed{*which, modifiersFrom(mods)});
+    heardBy(window).events.push_back(KeyPressed{*which, modifiersFrom(mods)});
 }
 
 void onLost(GLFWwindow* window) {
-  eventsOf(window).push_back(PictureLost{});
+  heardBy(window).events.push_back(PictureLost{});
 }
 void onResized(GLFWwindow* window, int, int) {
   onLost(window);
@@ -129,8 +133,8 @@ void onIconified(GLFWwindow* window, int) {
   onLost(window);
 }
 
-void listen(GLFWwindow* window, Events& events) {
-  glfwSetWindowUserPointer(window, &events);
+void listen(GLFWwindow* window, Heard& heard) {
+  glfwSetWindowUserPointer(window, &heard);
   glfwSetMouseButtonCallback(window, onButton);
   glfwSetCursorPosCallback(window, onCursor);
   glfwSetCursorEnterCallback(window, onEnter);
@@ -207,7 +211,7 @@ io::Result<ViewWindow> ViewWindow::open(const std::string& title, scene::Viewpor
   if (const auto fit = render::checkCurrentContext(); !fit) return tl::unexpected(fit.error());
   state->panels = startPanels(state->window);
   if (!state->panels) return noWindow("the window's panels cannot be drawn");
-  listen(state->window, state->events);
+  listen(state->window, state->heard);
   return ViewWindow(std::move(state));
 }
 
@@ -240,7 +244,7 @@ void ViewWindow::wait(std::optional<std::chrono::milliseconds> atMost) {
 }
 
 std::vector<InputEvent> ViewWindow::takeEvents() {
-  return std::exchange(state_->events, {});
+  return std::exchange(state_->heard.events, {});
 }
 
 void ViewWindow::beginPanels() {

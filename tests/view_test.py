@@ -1,0 +1,340 @@
+#!/usr/bin/env python3
+"""The viewer as a person uses it: a window on a display of its own, real mouse and keyboard events.
+
+    view_test.py PROGRAM SOURCE_DIR WORK_DIR
+
+Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
+"""
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+SKIPPED = 77
+RADIUS_M = 6378137.0
+SIZE = (640, 480)
+FOV_DEGREES = 45.0
+
+
+def wait_for(what, condition, seconds=60.0):
+    """The first true answer of `condition`; fails when none comes in time."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        answer = condition()
+        if answer:
+            return answer
+        time.sleep(0.05)
+    raise AssertionError(f"waited {seconds:.0f} s in vain for {what}")
+
+
+class Display:
+    """An X server without a screen, on a free number."""
+
+    def __init__(self):
+        reading, writing = os.pipe()
+        self.process = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x1024x24", "+extension", "GLX", "-nolisten", "tcp"],
+            pass_fds=[writing], stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as numbers:
+            number = numbers.readline().strip()
+        assert number, "Xvfb did not start"
+        self.environment = {**os.environ, "DISPLAY": f":{number}"}
+        self.environment.pop("WAYLAND_DISPLAY", None)
+
+    def stop(self):
+        self.process.terminate()
+        self.process.wait(10)
+
+
+class Viewer:
+    """The program with its window, and a hand on mouse and keyboard."""
+
+    def __init__(self, program, display, folder, scene, camera):
+        self.environment = display.environment
+        self.folder = folder
+        self.output = open(os.path.join(folder, "stdout.txt"), "w+")
+        self.errors = open(os.path.join(folder, "stderr.txt"), "w+")
+        self.process = subprocess.Popen(
+            [program, "view", scene, "--camera", camera, "--size", f"{SIZE[0]}x{SIZE[1]}", "--fov", str(FOV_DEGREES)],
+            cwd=folder, env=self.environment, stdout=self.output, stderr=self.errors)
+        found = wait_for("the window", lambda: self.alive() and self.xdotool("search", "--onlyvisible", "--name", "Tellurion", check=False))
+        self.window = found.split()[0]
+
+    def alive(self):
+        assert self.process.poll() is None, "the viewer ended: " + self.text(self.errors)
+        return True
+
+    @staticmethod
+    def text(file):
+        file.flush()
+        with open(file.name) as again:
+            return again.read()
+
+    def xdotool(self, *arguments, check=True):
+        done = subprocess.run(["xdotool", *map(str, arguments)], env=self.environment, capture_output=True, text=True)
+        assert done.returncode == 0 or not check, done.stderr
+        return done.stdout.strip()
+
+    def move(self, x, y):
+        self.xdotool("mousemove", "--sync", "--window", self.window, x, y)
+
+    def key(self, name):
+        self.xdotool("key", name)
+
+    def drag(self, button, start, end):
+        self.move(*start)
+        self.xdotool("mousedown", button)
+        for share in (0.3, 0.7, 1.0):
+            self.move(*(round(a + (b - a) * share) for a, b in zip(start, end)))
+        self.xdotool("mouseup", button)
+
+    def wheel(self, steps, at):
+        self.move(*at)
+        for _ in range(abs(steps)):
+            self.xdotool("click", 4 if steps > 0 else 5)
+
+    def camera(self):
+        """What the program prints when asked for its camera: lat, lon, height, heading, pitch, roll."""
+        before = len(self.text(self.output).splitlines())
+        self.key("c")
+        lines = wait_for("the camera line", lambda: self.alive() and self.text(self.output).splitlines()[before:])
+        return [float(value) for value in lines[-1].split(",")]
+
+    def screenshot(self):
+        before = len(re.findall("^screenshot: ", self.text(self.errors), re.M))
+        self.key("F12")
+        paths = wait_for("the screenshot", lambda: self.alive() and re.findall("^screenshot: (.*)", self.text(self.errors), re.M)[before:])
+        return paths[-1]
+
+    def cpu_seconds(self):
+        with open(f"/proc/{self.process.pid}/stat") as stat:
+            fields = stat.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def idle(self):
+        before = self.cpu_seconds()
+        time.sleep(1.0)
+        return self.cpu_seconds() - before < 0.1
+
+    def end(self):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait(10)
+
+
+def picture(path):
+    """Width, height and the list of pixels (r, g, b) of a picture file."""
+    size = subprocess.run(["identify", "-format", "%w %h", path], capture_output=True, text=True, check=True).stdout
+    width, height = map(int, size.split())
+    raw = subprocess.run(["convert", path, "-depth", "8", "rgb:-"], capture_output=True, check=True).stdout
+    return width, height, [tuple(raw[i:i + 3]) for i in range(0, len(raw), 3)]
+
+
+def on_sphere(camera, pixel, size=SIZE):
+    """Latitude and longitude in degrees where the ray through a pixel meets a sphere: an independent check of the controls."""
+    lat, lon, height, heading, pitch, _ = camera
+    lat, lon, heading, pitch = (math.radians(v) for v in (lat, lon, heading, pitch))
+    east = (-math.sin(lon), math.cos(lon), 0.0)
+    north = (-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat))
+    up = (math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat))
+    scale = 2.0 * math.tan(math.radians(FOV_DEGREES) / 2.0) / size[1]
+    x, y = (pixel[0] + 0.5 - size[0] / 2) * scale, (size[1] / 2 - pixel[1] - 0.5) * scale
+    ahead = math.cos(pitch) - y * math.sin(pitch)
+    rise = math.sin(pitch) + y * math.cos(pitch)
+    e = ahead * math.sin(heading) + x * math.cos(heading)
+    n = ahead * math.cos(heading) - x * math.sin(heading)
+    ray = [e * east[i] + n * north[i] + rise * up[i] for i in range(3)]
+    norm = math.sqrt(sum(v * v for v in ray))
+    ray = [v / norm for v in ray]
+    eye = [(RADIUS_M + height) * v for v in up]
+    b = sum(p * v for p, v in zip(eye, ray))
+    inside = b * b - sum(p * p for p in eye) + RADIUS_M ** 2
+    assert inside > 0, "the pixel shows the sky"
+    t = -b - math.sqrt(inside)
+    p = [eye[i] + t * ray[i] for i in range(3)]
+    return math.degrees(math.asin(p[2] / RADIUS_M)), math.degrees(math.atan2(p[1], p[0]))
+
+
+def check_near(what, value, wished, tolerance):
+    assert abs(value - wished) <= tolerance, f"{what}: {value}, not {wished} within {tolerance}"
+
+
+def make_scene(program, source, folder):
+    """A coarse Earth out of the project's own rasters, made once a folder."""
+    earth = os.path.join(source, "data", "earth")
+    for name, kind, raster, level in (("e.tdb", "elevation", "etopo5_dem_10min.tif", 3),
+                                      ("i.tdb", "imagery", "bluemarble_dec2004_5400x2700.jpg", 2)):
+        subprocess.run([program, "build", os.path.join(folder, name), os.path.join(earth, raster), "--kind", kind,
+                        "--tiling", "cube", "--max-level", str(level)], check=True, stderr=subprocess.DEVNULL)
+    scene = os.path.join(folder, "earth.toml")
+    with open(scene, "w") as file:
+        file.write('body = "earth"\ntiling = "cube"\n[[elevation]]\nsource = "e.tdb"\n[[imagery]]\nsource = "i.tdb"\n')
+    return scene
+
+
+def test_picture(viewer):
+    """Once everything is there the picture shows a lit, textured globe on dark sky."""
+    wait_for("all data", viewer.idle)
+    width, height, pixels = picture(viewer.screenshot())
+    assert (width, height) == SIZE
+    lit = sum(1 for p in pixels if max(p) > 24) / len(pixels)
+    assert 0.2 < lit < 0.98, f"share of the picture that is not dark: {lit}"
+    assert len(set(pixels)) > 1000, "a plain picture"
+
+
+def test_window_shows_the_picture(viewer):
+    """What the window shows is the screenshot with the status line over it, colours included."""
+    path = os.path.join(viewer.folder, "window.png")
+    time.sleep(4.5)  # until the notice of the last screenshot has gone
+    subprocess.run(["import", "-window", viewer.window, path], env=viewer.environment, check=True)
+    width, height, shown = picture(path)
+    assert (width, height) == SIZE
+    _, _, drawn = picture(os.path.join(viewer.folder, "tellurion-0001.png"))
+    top = width * (height - 40)
+    worst = max(abs(a - b) for p, q in zip(shown[:top], drawn[:top]) for a, b in zip(p, q))
+    assert worst <= 2, f"the window differs from the picture by {worst}"
+    line = shown[width * (height - 25):]
+    assert sum(1 for p in line if min(p) > 200) > 200, "no text in the status line"
+
+
+def test_pan(viewer):
+    before = viewer.camera()
+    start, end = (300, 260), (420, 190)
+    viewer.drag(1, start, end)
+    after = viewer.camera()
+    held, now = on_sphere(before, start), on_sphere(after, end)
+    check_near("latitude of the held point", now[0], held[0], 0.3)
+    check_near("longitude of the held point", now[1], held[1], 0.3)
+    check_near("height", after[2], before[2], 1.0)
+    check_near("heading", after[3], before[3], 1e-3)
+    assert after[1] < before[1] - 5, "the drag moved nothing"
+
+
+def test_wheel(viewer):
+    before = viewer.camera()
+    at = (250, 200)
+    viewer.wheel(5, at)
+    after = viewer.camera()
+    held, now = on_sphere(before, at), on_sphere(after, at)
+    check_near("latitude of the held point", now[0], held[0], 0.3)
+    check_near("longitude of the held point", now[1], held[1], 0.3)
+    check_near("share of the height left", after[2] / before[2], 0.9 ** 5, 0.06)
+    check_near("roll", after[5], 0.0, 1e-4)
+
+
+def test_look(viewer):
+    before = viewer.camera()
+    viewer.drag(3, (300, 200), (300, 300))
+    after = viewer.camera()
+    check_near("pitch", after[4] - before[4], 100 * math.degrees(2 * math.tan(math.radians(FOV_DEGREES / 2)) / SIZE[1]), 0.02)
+    for i, what in ((0, "latitude"), (1, "longitude"), (2, "height")):
+        check_near(what, after[i], before[i], 1e-3)
+
+
+def test_orbit(viewer):
+    before = viewer.camera()
+    at = (320, 300)
+    viewer.drag(2, at, (400, 240))
+    after = viewer.camera()
+    held, now = on_sphere(before, at), on_sphere(after, at)
+    check_near("latitude of the held point", now[0], held[0], 0.3)
+    check_near("longitude of the held point", now[1], held[1], 0.3)
+    assert after[4] > before[4] + 5, "a drag upwards lowers the eye"
+    assert abs(after[3] - before[3]) > 5
+
+
+def test_reset_and_north(viewer, start):
+    viewer.key("n")
+    check_near("heading", (viewer.camera()[3] + 180) % 360 - 180, 0.0, 1e-3)
+    viewer.key("Home")
+    for value, wished in zip(viewer.camera(), start):
+        check_near("camera after reset", value, wished, 1e-3)
+
+
+def test_terrain_is_never_entered(viewer, program):
+    viewer.wheel(60, (320, 250))
+    wait_for("all data", viewer.idle)
+    viewer.wheel(60, (320, 250))
+    wait_for("all data", viewer.idle)
+    lat, lon, height, *_ = viewer.camera()
+    query = subprocess.run([program, "query", os.path.join(viewer.folder, "e.tdb")], input=f"{lat} {lon}\n",
+                           capture_output=True, text=True, check=True)
+    ground = float(query.stdout.split()[0])
+    assert 1.9 < height - ground < 500, f"{height - ground} m above ground"
+    viewer.key("Home")
+
+
+def test_resize(viewer):
+    viewer.xdotool("windowsize", "--sync", viewer.window, 500, 400)
+    time.sleep(0.5)
+    wait_for("all data", viewer.idle)
+    assert picture(viewer.screenshot())[:2] == (500, 400)
+    viewer.xdotool("windowsize", "--sync", viewer.window, *SIZE)
+
+
+def test_help(viewer):
+    viewer.key("h")
+    wait_for("quiet", viewer.idle)
+    subprocess.run(["import", "-window", viewer.window, os.path.join(viewer.folder, "help.png")], env=viewer.environment, check=True)
+    viewer.key("Escape")
+
+
+def test_quit(viewer):
+    viewer.key("q")
+    assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
+
+
+def test_without_display(program, scene):
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1, done.returncode
+    assert "tellurion render" in done.stderr, done.stderr
+
+
+def test_wrong_use(program, scene):
+    for wrong in (["--size", "large"], ["--camera", "1,2"], ["--fov", "0"]):
+        done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 2, (wrong, done.returncode, done.stderr)
+
+
+def run_all(program, source, folder):
+    scene = make_scene(program, source, folder)
+    test_without_display(program, scene)
+    test_wrong_use(program, scene)
+    start = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
+    display = Display()
+    viewer = None
+    try:
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, start)))
+        steps = [lambda: test_picture(viewer), lambda: test_window_shows_the_picture(viewer), lambda: test_pan(viewer),
+                 lambda: test_wheel(viewer), lambda: test_look(viewer), lambda: test_orbit(viewer),
+                 lambda: test_reset_and_north(viewer, start), lambda: test_terrain_is_never_entered(viewer, program),
+                 lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_quit(viewer)]
+        for step in steps:
+            began = time.monotonic()
+            step()
+            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s")
+    finally:
+        if viewer:
+            viewer.end()
+        display.stop()
+
+
+def main():
+    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
+    if missing:
+        print("skipped, not installed: " + " ".join(missing))
+        return SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    run_all(program, source, folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
