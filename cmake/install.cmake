@@ -5,20 +5,15 @@ include(CMakePackageConfigHelpers)
 set(tellurion_rooms geo tiling io raster pyramid scene render)
 foreach(room IN LISTS tellurion_rooms)
   list(APPEND tellurion_room_targets tellurion_${room})
+  list(APPEND tellurion_room_objects $<TARGET_OBJECTS:tellurion_${room}>)
 endforeach()
 
-file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/tellurion_library.cpp
-  CONTENT "// The rooms are linked in whole; this file only gives the target a language.\n")
-add_library(tellurion_library SHARED ${CMAKE_CURRENT_BINARY_DIR}/tellurion_library.cpp)
+# The rooms' objects go in whole; linking the rooms too brings the libraries behind their walls.
+add_library(tellurion_library SHARED ${tellurion_room_objects})
 set_target_properties(tellurion_library PROPERTIES
   OUTPUT_NAME tellurion EXPORT_NAME tellurion VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}
-  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
-# Whole, not only what the library itself refers to.
-string(JOIN "," tellurion_whole ${tellurion_room_targets})
-set_property(TARGET tellurion_library PROPERTY LINK_LIBRARY_OVERRIDE "WHOLE_ARCHIVE,${tellurion_whole}")
-target_link_libraries(tellurion_library
-  PRIVATE ${tellurion_room_targets}
-  INTERFACE glm::glm tl::expected)
+  LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib LINKER_LANGUAGE CXX)
+target_link_libraries(tellurion_library PRIVATE ${tellurion_room_targets} INTERFACE glm::glm tl::expected)
 target_include_directories(tellurion_library INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tellurion>)
 target_compile_features(tellurion_library INTERFACE cxx_std_20)
 

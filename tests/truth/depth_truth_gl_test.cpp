@@ -203,7 +203,7 @@ TEST_P(DepthTruth, AgreesWithRaysThroughTheSource) {
 
 INSTANTIATE_TEST_SUITE_P(Schemes, DepthTruth,
                          testing::Values(tiling::Scheme::geographic, tiling::Scheme::cube, tiling::Scheme::healpix),
-                         [](const auto& info) { return std::string(nameOf(info.param)); });
+                         [](const auto& scheme) { return std::string(nameOf(scheme.param)); });
 
 }  // namespace
 }  // namespace tellurion
