@@ -65,9 +65,9 @@ Meridian unnormalized(Wide r, Wide z, Wide flattening) {
 }
 
 Meridian meridianOf(const BodyPosition& body, Wide a, Wide flattening) {
-  const Wide x = body.m.x;
-  const Wide y = body.m.y;
-  const Wide z = body.m.z;
+  const auto x = static_cast<Wide>(body.m.x);
+  const auto y = static_cast<Wide>(body.m.y);
+  const auto z = static_cast<Wide>(body.m.z);
   const Wide fromAxis = std::sqrt(x * x + y * y);
   Meridian m = unnormalized(fromAxis / a, z / a, flattening);
   const Wide norm = std::sqrt(m.cosLat * m.cosLat + m.sinLat * m.sinLat);
@@ -110,7 +110,8 @@ Geodetic Ellipsoid::geodeticFromBody(const BodyPosition& p) const {
 Direction Ellipsoid::directionFromBody(const BodyPosition& p) const {
   const Meridian m = meridianOf(p, static_cast<Wide>(a_), static_cast<Wide>(f_));
   const Wide scale = m.fromAxis_m == 0 ? Wide{0} : m.cosLat / m.fromAxis_m;
-  return {Vec3(static_cast<double>(p.m.x * scale), static_cast<double>(p.m.y * scale), static_cast<double>(m.sinLat))};
+  return {Vec3(static_cast<double>(static_cast<Wide>(p.m.x) * scale),
+               static_cast<double>(static_cast<Wide>(p.m.y) * scale), static_cast<double>(m.sinLat))};
 }
 
 std::optional<double> Ellipsoid::intersect(const Ray& ray, double height_m) const {

@@ -23,23 +23,34 @@ class Ellipsoid {
   constexpr double flattening() const { return f_; }
   constexpr double meanRadius_m() const { return a_ * (1.0 - f_ / 3.0); }
 
+  /// Any latitude, longitude in any turn, any height. Within 5 nm of GeographicLib up to 1,000 km from Earth's surface,
+  /// 6e-16 of the distance from the centre beyond. At a pole exactly on the axis. NaN in, NaN out.
   BodyPosition bodyFromGeodetic(const Geodetic& g) const;
+
+  /// Defined everywhere. Latitude [-90, 90], longitude [-180, 180] degrees, +180 on the date line, 0 on the axis. Of
+  /// several places whose normals pass through the point, the nearest; of two equally near the northern; at the centre
+  /// the north pole. Errors as above, in all of space: Vermeille's closed form (2011) in long double, see
+  /// ellipsoid.cpp. NaN in, NaN out (a NaN z alone leaves the longitude).
   Geodetic geodeticFromBody(const BodyPosition& p) const;
 
-  /// The point `height_m` above the ellipsoid along the normal `d`. No trigonometry.
+  /// The point `height_m` above the ellipsoid along the normal `d`, a unit vector. One square root, no trigonometry.
   BodyPosition bodyFromDirection(const Direction& d, double height_m = 0.0) const;
-  /// The normal of the ellipsoid under (or over) a point.
+  /// The normal of the ellipsoid under (or over) a point; ties and errors as geodeticFromBody.
   Direction directionFromBody(const BodyPosition& p) const;
 
-  /// Where a ray first meets the ellipsoid's outside raised by height_m (semi-axes a + h, b + h): distance along the
-  /// ray in units of its direction, >= 0; nothing when it misses. A ray from inside gives its way out.
+  /// Where a ray first meets the ellipsoid raised by height_m (semi-axes a + h, b + h): distance along the ray in units
+  /// of its direction, >= 0. From on it 0, from inside the way out. Nothing when it misses, when its direction is zero,
+  /// when an axis would not be positive, and for NaN. Well-conditioned for grazing and for far rays: about 1e-15 of the
+  /// origin's distance from the centre, across the ray.
   std::optional<double> intersect(const Ray& ray, double height_m = 0.0) const;
 
-  /// Whether the point `target` is hidden from `eye` behind the ellipsoid shrunk by `depth_m` on both axes.
-  /// Conservative: true only when it is hidden.
+  /// Whether the point `target` is hidden from `eye` behind the ellipsoid shrunk by `depth_m` (>= 0: how far terrain
+  /// may lie below the reference) on both axes. True only when it is hidden, rounding included; false for an eye inside
+  /// it and for NaN.
   bool isBelowHorizon(const BodyPosition& eye, const BodyPosition& target, double depth_m = 0.0) const;
 
-  /// Distance in metres from a point height_m above the equator-sized sphere to its horizon: sqrt(2 a h + h^2).
+  /// Distance in metres from a point height_m above the equator-sized sphere to its horizon: sqrt(2 a h + h^2); 0 from
+  /// below.
   double horizonDistance_m(double height_m) const;
 
   friend constexpr bool operator==(const Ellipsoid&, const Ellipsoid&) = default;

@@ -55,7 +55,9 @@ struct EdgeNeighbour {
                           ///< right with v)
 };
 
-/// Angles on the unit sphere of directions.
+/// Angles on the unit sphere of directions. Smallest and largest hold for every tile edge of the level, measured along
+/// it (edges of no length, at the poles of the geographic scheme, left out); the largest, divided by the samples a
+/// side, for every sample spacing too.
 struct LevelMetrics {
   geo::Angle smallestEdge;
   geo::Angle meanEdge;  ///< square root of the mean tile area
@@ -82,18 +84,21 @@ class Tiling {
 
   /// Bit-identical for the same place reached through different roots, wherever u and v are multiples of 2^-40.
   geo::Direction direction(const RootPoint& p) const;
-  /// The inverse. A place on a border belongs to the lowest root.
+  /// The inverse, for a unit vector: back within 2e-15 rad, u and v always in [0, 1]. A place on a border belongs to
+  /// the lowest root (healpix: within 2e-15 of it). NaN gives root 0 or any, with NaN in u or v.
   RootPoint rootPoint(const geo::Direction& d) const;
-  TileId tileAt(const geo::Direction& d, int level) const;
+  TileId tileAt(const geo::Direction& d, int level) const;  ///< always a tile that there is, for NaN too
 
   /// Brings a point that lies across one edge of its root (u or v outside [0, 1] by less than 1, not both) to the root
   /// where it really is, exactly for dyadic coordinates. Points inside come back as they are. Nothing when both are
   /// outside and no single root owns the place (around corners where three roots meet).
   std::optional<RootPoint> wrapped(const RootPoint& p) const;
 
+  /// Across a pole of the geographic scheme: the tile of the same column on the other root, top to top, not reversed.
   EdgeNeighbour edgeNeighbour(const TileId& id, Edge edge) const;
   /// The tiles of the same level that touch a corner of `id`, without `id` itself and without its two edge neighbours
-  /// there.
+  /// there: one where four tiles meet, none where three do. At a pole of the geographic scheme, which every tile of the
+  /// row touches, only the one diagonally across.
   std::vector<TileId> cornerNeighbours(const TileId& id, Corner corner) const;
 
   geo::GeoRect bounds(const TileId& id) const;  ///< holds the tile; tight to 1e-9 degrees where no pole is inside
@@ -107,16 +112,17 @@ class Tiling {
   Scheme scheme_;
 };
 
+/// Of a tile's side, in u and v.
 inline double tileSize(int level) {
   return 1.0 / static_cast<double>(std::uint64_t{1} << level);
-}  ///< in u and v
+}
 /// Place of a tile-local coordinate (s, t in [0, 1], t down) on its root.
 inline RootPoint rootPointIn(const TileId& id, double s, double t) {
   const double size = tileSize(id.level);
   return {id.root, (static_cast<double>(id.x) + s) * size, (static_cast<double>(id.y) + t) * size};
 }
 
-/// HEALPix NESTED pixel of order `level` that this tile of the healpix scheme is, and back.
+/// The HEALPix NESTED pixel of order `level` that this tile of the healpix scheme is, and back.
 std::uint64_t healpixNested(const TileId& id);
 TileId tileFromHealpixNested(int order, std::uint64_t pixel);
 
