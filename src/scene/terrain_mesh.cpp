@@ -113,28 +113,73 @@ class MeshWriter {
   std::vector<std::uint16_t> vertexOf_;
 };
 
-/// The largest distance from a sample to its place on the triangles.
-double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& grid) {
-  double worst2 = 0.0;
-  for (const GridTriangle& t : triangles) {
-    const double area = doubleArea(t[0], t[1], t[2]);
-    if (area <= 1.0) continue;  // half a cell: no sample but its corners
-    const std::array<geo::Vec3, 3> corners{at(grid, t[0]), at(grid, t[1]), at(grid, t[2])};
-    const auto [west, east] = std::minmax({t[0].col, t[1].col, t[2].col});
-    const auto [north, south] = std::minmax({t[0].row, t[1].row, t[2].row});
+/// Squared distances from the ground to one triangle: at the samples inside, and where its sides cross lines of
+/// samples.
+class TriangleError {
+ public:
+  TriangleError(const SurfaceGrid& grid, const GridTriangle& t)
+      : grid_(grid), t_(t), corners_{at(grid, t[0]), at(grid, t[1]), at(grid, t[2])} {}
+
+  double worst2() {
+    const double area = doubleArea(t_[0], t_[1], t_[2]);
+    if (area > 1.0) atSamples(area);  // else half a cell: no sample but its corners
+    for (std::size_t i = 0; i < 3; ++i)
+      alongSide(i, (i + 1) % 3);
+    return worst2_;
+  }
+
+ private:
+  void compare(const geo::Vec3& ground, const geo::Vec3& drawn) {
+    worst2_ = std::max(worst2_, geo::dot(ground - drawn, ground - drawn));
+  }
+
+  void atSamples(double area) {
+    const auto [west, east] = std::minmax({t_[0].col, t_[1].col, t_[2].col});
+    const auto [north, south] = std::minmax({t_[0].row, t_[1].row, t_[2].row});
     for (auto row = north; row <= south; ++row) {
       for (auto col = west; col <= east; ++col) {
         const GridPoint p{col, row};
-        const int w0 = doubleArea(t[1], t[2], p);
-        const int w1 = doubleArea(t[2], t[0], p);
-        const int w2 = doubleArea(t[0], t[1], p);
+        const int w0 = doubleArea(t_[1], t_[2], p);
+        const int w1 = doubleArea(t_[2], t_[0], p);
+        const int w2 = doubleArea(t_[0], t_[1], p);
         if (w0 < 0 || w1 < 0 || w2 < 0) continue;
-        const geo::Vec3 drawn = (corners[0] * double(w0) + corners[1] * double(w1) + corners[2] * double(w2)) / area;
-        const geo::Vec3 off = at(grid, p) - drawn;
-        worst2 = std::max(worst2, geo::dot(off, off));
+        compare(at(grid_, p), (corners_[0] * double(w0) + corners_[1] * double(w1) + corners_[2] * double(w2)) / area);
       }
     }
   }
+
+  void alongSide(std::size_t from, std::size_t to) {
+    const int across = t_[to].col - t_[from].col;
+    const int down = t_[to].row - t_[from].row;
+    if (across == 0 || down == 0 || std::abs(across) == std::abs(down)) return;  // through samples only
+    for (int i = 1; i < std::abs(across); ++i)
+      crossing(from, to, double(i) / std::abs(across));
+    for (int i = 1; i < std::abs(down); ++i)
+      crossing(from, to, double(i) / std::abs(down));
+  }
+
+  void crossing(std::size_t from, std::size_t to, double share) {
+    const double col = std::lerp(double(t_[from].col), double(t_[to].col), share);
+    const double row = std::lerp(double(t_[from].row), double(t_[to].row), share);
+    const auto c = static_cast<std::int16_t>(std::min(std::floor(col), grid_.cells - 1.0));
+    const auto r = static_cast<std::int16_t>(std::min(std::floor(row), grid_.cells - 1.0));
+    const auto right = static_cast<std::int16_t>(c + 1);
+    const auto below = static_cast<std::int16_t>(r + 1);
+    const geo::Vec3 upper = glm::mix(at(grid_, {c, r}), at(grid_, {right, r}), col - c);
+    const geo::Vec3 lower = glm::mix(at(grid_, {c, below}), at(grid_, {right, below}), col - c);
+    compare(glm::mix(upper, lower, row - r), glm::mix(corners_[from], corners_[to], share));
+  }
+
+  const SurfaceGrid& grid_;
+  const GridTriangle& t_;
+  std::array<geo::Vec3, 3> corners_;
+  double worst2_ = 0.0;
+};
+
+double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& grid) {
+  double worst2 = 0.0;
+  for (const GridTriangle& t : triangles)
+    worst2 = std::max(worst2, TriangleError(grid, t).worst2());
   return std::sqrt(worst2);
 }
 
@@ -187,7 +232,7 @@ double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellip
 }
 
 double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
-  return std::exp2(std::floor(std::log2(meanEdge_m(tiling, ellipsoid, level) / cells)) - 15.0);
+  return std::exp2(std::floor(std::log2(meanEdge_m(tiling, ellipsoid, level) / cells)) - 13.0);
 }
 
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {

@@ -16,9 +16,9 @@ inline constexpr double kMeshToleranceShare = 0.2;
 
 /// Metres; of the level alone, so that two tiles of a level always agree on what to keep (docs/selection.md).
 double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
-/// Vertex positions of a level lie on the grid of multiples of this in body coordinates: a power of two, about 2^-16 of
-/// a sample's spacing, so that both sides of an edge have the same vertices to the last bit and float offsets are
-/// exact.
+/// Vertex positions of a level lie on the grid of multiples of this in body coordinates: a power of two, 2^-14 to 2^-13
+/// of a sample's spacing, so that both sides of an edge have the same vertices to the last bit. Float offsets from a
+/// tile's origin are exact as long as no ground is higher above it than 16 of the tile's sides.
 double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
 
 /// The heights of a tile as its mesh needs them: (cells + 3)^2 with a gutter as in raster::ElevationTile, metres, all

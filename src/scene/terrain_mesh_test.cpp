@@ -1,0 +1,389 @@
+#include "scene/terrain_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "geo/body.h"
+#include "geo/seed_test.h"
+#include "scene/bisection.h"
+#include "scene/ground_layers.h"
+#include "scene/procedural_source_test.h"
+
+namespace tellurion::scene {
+namespace {
+
+using tiling::Edge;
+using tiling::Scheme;
+using tiling::TileId;
+using tiling::Tiling;
+
+const geo::Ellipsoid kEarth = geo::earth().ellipsoid;
+
+struct Made {
+  SurfaceGrid grid;
+  MadeMesh made;
+};
+
+GroundSamples samplesOf(const Tiling& tiling, const TileId& id, const ProceduralSource::Height& height,
+                        int cells = 64) {
+  GroundSamples out(cells + 3, cells + 3, 0.0f);
+  for (int row = -1; row <= cells + 1; ++row) {
+    for (int col = -1; col <= cells + 1; ++col) {
+      const auto place = tiling.wrapped(tiling::rootPointIn(id, double(col) / cells, double(row) / cells));
+      if (place) out.at(col + 1, row + 1) = static_cast<float>(height(tiling.direction(*place)));
+    }
+  }
+  return out;
+}
+
+Made madeOf(const Tiling& tiling, const TileId& id, const GroundSamples& heights) {
+  Made out{.grid = surfaceGrid(tiling, kEarth, id, heights), .made = {}};
+  out.made = makeTerrainMesh(tiling, kEarth, out.grid);
+  return out;
+}
+
+/// Triangles of the ranges, as vertex numbers.
+std::vector<std::array<std::uint16_t, 3>> trianglesOf(const TerrainMesh& mesh,
+                                                      std::initializer_list<IndexRange> ranges) {
+  std::vector<std::array<std::uint16_t, 3>> out;
+  for (const IndexRange& range : ranges) {
+    for (std::uint32_t i = range.first; i < range.first + range.count; i += 3) {
+      out.push_back({mesh.indices[i], mesh.indices[i + 1], mesh.indices[i + 2]});
+    }
+  }
+  return out;
+}
+
+IndexRange rangeOf(const TerrainMesh& mesh, std::size_t edge, bool coarse) {
+  return coarse ? mesh.coarseEdge[edge] : mesh.fineEdge[edge];
+}
+
+using Bits = std::array<double, 3>;
+Bits placeOf(const TerrainMesh& mesh, std::uint16_t v) {
+  const geo::Vec3 p = mesh.origin.m + geo::Vec3(mesh.vertices[v].position_tile);
+  return {p.x, p.y, p.z};
+}
+
+/// The positions of the vertices on an edge in body coordinates, in the order along it. The interior may not touch it.
+std::vector<Bits> edgeOf(const TerrainMesh& mesh, Edge edge, bool coarse) {
+  const bool horizontal = edge == Edge::top || edge == Edge::bottom;
+  const std::uint16_t line = edge == Edge::top || edge == Edge::left ? 0 : 65535;
+  std::map<std::uint16_t, Bits> out;
+  for (const auto& t : trianglesOf(mesh, {rangeOf(mesh, static_cast<std::size_t>(edge), coarse)})) {
+    for (const std::uint16_t v : t) {
+      const TerrainVertex& vertex = mesh.vertices[v];
+      if ((horizontal ? vertex.t : vertex.s) == line) out[horizontal ? vertex.s : vertex.t] = placeOf(mesh, v);
+    }
+  }
+  std::vector<Bits> places;
+  for (const auto& [along, place] : out)
+    places.push_back(place);
+  return places;
+}
+
+class MeshOnTiling : public testing::TestWithParam<Scheme> {
+ protected:
+  TileId randomTile(std::mt19937_64& random, int maxLevel) const {
+    const int level = static_cast<int>(geo::uniform(random, 0.0, maxLevel + 0.999));
+    const double across = std::exp2(level);
+    const auto pick = [&] {
+      const double kind = geo::uniform(random, 0.0, 1.0);
+      if (kind < 0.3) return 0u;
+      if (kind < 0.6) return static_cast<std::uint32_t>(across - 1.0);
+      return static_cast<std::uint32_t>(geo::uniform(random, 0.0, across * 0.9999));
+    };
+    const auto root = static_cast<std::uint8_t>(geo::uniform(random, 0.0, tiling.rootCount() - 0.001));
+    return {static_cast<std::uint8_t>(level), root, pick(), pick()};
+  }
+  Tiling tiling{GetParam()};
+};
+
+INSTANTIATE_TEST_SUITE_P(All, MeshOnTiling, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
+                         [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
+
+/// From noise that keeps every sample, over hills, to the bare ellipsoid.
+double groundOf(int kind, const geo::Direction& d, int level) {
+  switch (kind) {
+    case 0:
+      return std::min(8000.0, 1e7 * tiling::tileSize(level)) * hashOf(d, 1);
+    case 1:
+      return hashOf(d, 2) < 0.03 ? std::min(5e4, 5e7 * tiling::tileSize(level)) * hashOf(d, 3) : hillsAt(d);
+    case 2:
+      return hillsAt(d);
+    default:
+      return 0.0;
+  }
+}
+
+TEST_P(MeshOnTiling, sharedEdgesAreTheSameToTheLastBit) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 24; ++i) {
+    const TileId id = randomTile(random, i < 20 ? 8 : 22);
+    const auto height = [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); };
+    const Made mine = madeOf(tiling, id, samplesOf(tiling, id, height));
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      const Made other = madeOf(tiling, same.tile, samplesOf(tiling, same.tile, height));
+      auto theirs = edgeOf(*other.made.mesh, same.edge, false);
+      if (same.reversed) std::reverse(theirs.begin(), theirs.end());
+      const auto ours = edgeOf(*mine.made.mesh, edge, false);
+      const bool onPole = GetParam() == Scheme::geographic && (edge == Edge::top || edge == Edge::bottom) &&
+                          ours.front() == ours.back();
+      ASSERT_EQ(ours.size(), theirs.size())
+          << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/" << id.x << "/" << id.y;
+      ASSERT_TRUE(ours == theirs || onPole);
+      ASSERT_GE(ours.size(), 3u);
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, coarseEdgesAreTheCoarserNeighboursToTheLastBit) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 24; ++i) {
+    TileId id = randomTile(random, i < 20 ? 8 : 22);
+    if (id.level == 0) id = id.child(1);
+    const auto height = [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); };
+    const Made mine = madeOf(tiling, id, samplesOf(tiling, id, height));
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      const TileId coarser = same.tile.parent();
+      if (coarser == id.parent()) continue;
+      const Made other = madeOf(tiling, coarser, samplesOf(tiling, coarser, height));
+      auto theirs = edgeOf(*other.made.mesh, same.edge, false);
+      const auto ours = edgeOf(*mine.made.mesh, edge, true);
+      // Ours is one half of theirs, which always has its middle.
+      if (same.reversed) std::reverse(theirs.begin(), theirs.end());
+      const auto first = std::search(theirs.begin(), theirs.end(), ours.begin(), ours.end());
+      ASSERT_NE(first, theirs.end()) << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/"
+                                     << id.x << "/" << id.y;
+      ASSERT_TRUE(ours.front() == theirs.front() || ours.back() == theirs.back());
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, everyChoiceOfEdgesCoversTheSquareOnceAndFacesOutwards) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 12; ++i) {
+    const TileId id = randomTile(random, 10);
+    const Made m = madeOf(tiling, id,
+                          samplesOf(tiling, id, [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); }));
+    const TerrainMesh& mesh = *m.made.mesh;
+    for (unsigned mask = 0; mask < 16; ++mask) {
+      auto triangles = trianglesOf(mesh, {mesh.interior});
+      for (std::size_t e = 0; e < 4; ++e) {
+        const auto strip = trianglesOf(mesh, {rangeOf(mesh, e, ((mask >> e) & 1u) != 0)});
+        triangles.insert(triangles.end(), strip.begin(), strip.end());
+      }
+      std::int64_t area = 0;
+      for (const auto& t : triangles) {
+        const auto point = [&](int k) {
+          const TerrainVertex& v = mesh.vertices[t[static_cast<std::size_t>(k)]];
+          return GridPoint{static_cast<std::int16_t>(std::lround(v.s * 64.0 / 65535.0)),
+                           static_cast<std::int16_t>(std::lround(v.t * 64.0 / 65535.0))};
+        };
+        const int doubled = doubleArea(point(0), point(1), point(2));
+        ASSERT_GT(doubled, 0);  // counter-clockwise in the square, so none overlaps if the areas add up
+        area += doubled;
+      }
+      ASSERT_EQ(area, 2 * 64 * 64);
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, trianglesAreCounterClockwiseFromOutside) {
+  const TileId id{.level = 3, .root = 1, .x = 2, .y = 3};
+  const Made m = madeOf(tiling, id, samplesOf(tiling, id, hillsAt));
+  const TerrainMesh& mesh = *m.made.mesh;
+  for (const auto& t :
+       trianglesOf(mesh, {mesh.interior, mesh.fineEdge[0], mesh.coarseEdge[1], mesh.fineEdge[2], mesh.coarseEdge[3]})) {
+    const geo::Vec3 a(mesh.vertices[t[0]].position_tile);
+    const geo::Vec3 b(mesh.vertices[t[1]].position_tile);
+    const geo::Vec3 c(mesh.vertices[t[2]].position_tile);
+    ASSERT_GT(geo::dot(geo::cross(b - a, c - a), mesh.origin.m), 0.0);
+  }
+}
+
+TEST_P(MeshOnTiling, theErrorHoldsEverywhere) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 8; ++i) {
+    const TileId id = randomTile(random, 7);
+    const GroundSamples heights =
+        samplesOf(tiling, id, [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); });
+    const Made m = madeOf(tiling, id, heights);
+    const TerrainMesh& mesh = *m.made.mesh;
+    auto triangles =
+        trianglesOf(mesh, {mesh.interior, mesh.fineEdge[0], mesh.fineEdge[1], mesh.fineEdge[2], mesh.fineEdge[3]});
+    double worst = 0.0;
+    for (int k = 0; k < 3000; ++k) {
+      // A random point of a random triangle against the bilinear ground, displaced from the ellipsoid, at the same
+      // place.
+      const auto& t = triangles[static_cast<std::size_t>(geo::uniform(random, 0.0, double(triangles.size()) - 0.001))];
+      double w0 = geo::uniform(random, 0.0, 1.0);
+      double w1 = geo::uniform(random, 0.0, 1.0);
+      if (w0 + w1 > 1.0) w0 = 1.0 - w0, w1 = 1.0 - w1;
+      const std::array<double, 3> w{w0, w1, 1.0 - w0 - w1};
+      geo::Vec3 drawn = mesh.origin.m;
+      double s = 0.0;
+      double v = 0.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const TerrainVertex& vertex = mesh.vertices[t[c]];
+        drawn += geo::Vec3(vertex.position_tile) * w[c];
+        s += w[c] * std::round(vertex.s * 64.0 / 65535.0) / 64.0;
+        v += w[c] * std::round(vertex.t * 64.0 / 65535.0) / 64.0;
+      }
+      const int col = std::min(static_cast<int>(s * 64.0), 63);
+      const int row = std::min(static_cast<int>(v * 64.0), 63);
+      const double x = s * 64.0 - col;
+      const double y = v * 64.0 - row;
+      const auto at = [&](int dc, int dr) { return double(heights.at(col + dc + 1, row + dr + 1)); };
+      const double h = (at(0, 0) * (1 - x) + at(1, 0) * x) * (1 - y) + (at(0, 1) * (1 - x) + at(1, 1) * x) * y;
+      const geo::Vec3 truth = kEarth.bodyFromDirection(tiling.direction(tiling::rootPointIn(id, s, v)), h).m;
+      worst = std::max(worst, geo::length(truth - drawn));
+    }
+    EXPECT_LE(worst, m.made.error_m * 1.001 + 1e-3) << i;
+    EXPECT_LT(m.made.error_m, 5e5);
+  }
+}
+
+TEST_P(MeshOnTiling, theBoxHoldsTheGround) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 10; ++i) {
+    const TileId id = randomTile(random, 12);
+    const GroundSamples heights = samplesOf(tiling, id, hillsAt);
+    const Made m = madeOf(tiling, id, heights);
+    for (int k = 0; k < 500; ++k) {
+      const double s = geo::uniform(random, 0.0, 1.0);
+      const double t = geo::uniform(random, 0.0, 1.0);
+      const int col = std::min(static_cast<int>(s * 64.0), 63);
+      const int row = std::min(static_cast<int>(t * 64.0), 63);
+      const auto at = [&](int dc, int dr) { return double(heights.at(col + dc + 1, row + dr + 1)); };
+      const double x = s * 64.0 - col;
+      const double y = t * 64.0 - row;
+      const double h = (at(0, 0) * (1 - x) + at(1, 0) * x) * (1 - y) + (at(0, 1) * (1 - x) + at(1, 1) * x) * y;
+      EXPECT_TRUE(
+          m.made.box.contains(kEarth.bodyFromDirection(tiling.direction(tiling::rootPointIn(id, s, t)), h), 1e-6));
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, fewTrianglesWhereTheGroundIsFlat) {
+  const TileId id{.level = 6, .root = 0, .x = 20, .y = 33};
+  const Made flat = madeOf(tiling, id, samplesOf(tiling, id, [](const geo::Direction&) { return 0.0; }));
+  EXPECT_LE(trianglesOf(*flat.made.mesh, {flat.made.mesh->interior, flat.made.mesh->fineEdge[0]}).size(), 16u);
+  const Made rough =
+      madeOf(tiling, id, samplesOf(tiling, id, [](const geo::Direction& d) { return groundOf(0, d, 6); }));
+  EXPECT_GT(rough.made.mesh->indices.size(), flat.made.mesh->indices.size());
+}
+
+TEST_P(MeshOnTiling, offsetsAreExactInSinglePrecision) {
+  const TileId id{.level = 9, .root = 1, .x = 200, .y = 33};
+  const Made m = madeOf(tiling, id, samplesOf(tiling, id, hillsAt));
+  const double grid = vertexGrid_m(tiling, kEarth, id.level, 64);
+  for (const TerrainVertex& v : m.made.mesh->vertices) {
+    const geo::Vec3 steps = geo::Vec3(v.position_tile) / grid;
+    for (const double s : {steps.x, steps.y, steps.z})
+      ASSERT_EQ(s, std::round(s));
+  }
+}
+
+TEST_P(MeshOnTiling, reliefAgreesAlongEdges) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 12; ++i) {
+    const TileId id = randomTile(random, 6);
+    const auto picture = [&](const TileId& t) {
+      return makeRelief(surfaceGrid(tiling, kEarth, t, samplesOf(tiling, t, hillsAt)))->mips[0];
+    };
+    const auto mine = picture(id);
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      const auto theirs = picture(same.tile);
+      for (int k = 0; k <= 64; ++k) {
+        const GridPoint here = edgePoint(static_cast<int>(edge), k, 64);
+        const GridPoint there = edgePoint(static_cast<int>(same.edge), same.reversed ? 64 - k : k, 64);
+        const auto a = mine.at(here.col, here.row);
+        const auto b = theirs.at(there.col, there.row);
+        ASSERT_LE(std::abs(a.r - b.r) + std::abs(a.g - b.g) + std::abs(a.b - b.b), 2)
+            << "sample " << k << " of edge " << int(edge);
+      }
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, reliefIsTheSlope) {
+  // A plane that rises to the east by one in ten near latitude 20, longitude 30.
+  const geo::Direction centre = geo::directionFromDegrees(20.0, 30.0);
+  const geo::Vec3 east = geo::normalize(geo::cross(geo::Vec3(0, 0, 1), centre.n));
+  const TileId id = tiling.tileAt(centre, 9);
+  const auto height = [&](const geo::Direction& d) { return 0.1 * 6.378e6 * geo::dot(d.n, east); };
+  const auto picture = makeRelief(surfaceGrid(tiling, kEarth, id, samplesOf(tiling, id, height)))->mips[0];
+  const geo::Vec3 up = tiling.direction(tiling::rootPointIn(id, 0.5, 0.5)).n;
+  const geo::Vec3 expected = geo::normalize(up - east * 0.1) - up;
+  const auto texel = picture.at(32, 32);
+  EXPECT_NEAR((texel.r - 128) / 127.0, expected.x, 0.01);
+  EXPECT_NEAR((texel.g - 128) / 127.0, expected.y, 0.01);
+  EXPECT_NEAR((texel.b - 128) / 127.0, expected.z, 0.01);
+}
+
+/// Stored only near one place below level 3: neighbours at all differences of depth.
+TEST_P(MeshOnTiling, sparseDataStillGivesTheSameEdges) {
+  std::mt19937_64 random = geo::seededGenerator();
+  const geo::Direction middle =
+      geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
+  auto source = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 7);
+  source->height = [](const geo::Direction& d) { return hashOf(d, 9) < 0.02 ? std::nan("") : 5000.0 * hashOf(d, 4); };
+  source->stored = [&](const TileId& id) {
+    if (id.level <= 3) return true;
+    const auto cap = tiling.cap(id);
+    return geo::angleBetween(cap.centre, middle).radians() < cap.radius.radians() + 0.02;
+  };
+  const auto layer = std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>());
+  const GroundLayers ground(tiling, {layer}, 64);
+  std::map<TileId, Made> made;
+  const auto mesh = [&](const TileId& id) -> const TerrainMesh& {
+    const auto [found, isNew] = made.try_emplace(id);
+    if (isNew) found->second = madeOf(tiling, id, ground.compose(id).heights);
+    return *found->second.made.mesh;
+  };
+  int stored = 0;
+  for (int i = 0; i < 60; ++i) {
+    const geo::Direction d{geo::normalize(
+        middle.n +
+        geo::Vec3(geo::uniform(random, -1, 1), geo::uniform(random, -1, 1), geo::uniform(random, -1, 1)) * 0.04)};
+    const TileId id = tiling.tileAt(d, 4 + i % 5);
+    stored += source->stored(id) ? 1 : 0;
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      auto theirs = edgeOf(mesh(same.tile), same.edge, false);
+      if (same.reversed) std::reverse(theirs.begin(), theirs.end());
+      const auto ours = edgeOf(mesh(id), edge, false);
+      ASSERT_TRUE(ours == theirs || (GetParam() == Scheme::geographic && ours.front() == ours.back()));
+      if (same.tile.parent() == id.parent()) continue;
+      auto coarser = edgeOf(mesh(same.tile.parent()), same.edge, false);
+      if (same.reversed) std::reverse(coarser.begin(), coarser.end());
+      const auto half = edgeOf(mesh(id), edge, true);
+      ASSERT_NE(std::search(coarser.begin(), coarser.end(), half.begin(), half.end()), coarser.end());
+    }
+  }
+  EXPECT_GT(stored, 5);
+  for (const auto& [id, count] : source->requests())
+    EXPECT_EQ(count, 1);
+}
+
+TEST(TerrainMesh, deepestLevelStaysExact) {
+  const Tiling tiling(Scheme::cube);
+  const TileId id = tiling.tileAt(geo::directionFromDegrees(27.9881, 86.9250), 26);
+  const Made m = madeOf(tiling, id, samplesOf(tiling, id, [](const geo::Direction&) { return 8848.0; }));
+  const TerrainMesh& mesh = *m.made.mesh;
+  for (const TerrainVertex& v : mesh.vertices) {
+    const geo::Vec3 p = mesh.origin.m + geo::Vec3(v.position_tile);
+    EXPECT_NEAR(kEarth.geodeticFromBody({p}).height_m, 8848.0, 1e-3);
+  }
+  EXPECT_LT(m.made.error_m, 1e-4);
+}
+
+}  // namespace
+}  // namespace tellurion::scene
