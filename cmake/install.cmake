@@ -20,7 +20,7 @@ target_compile_features(tellurion_library INTERFACE cxx_std_20)
 install(TARGETS tellurion_library EXPORT tellurionTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT tellurionTargets NAMESPACE tellurion:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tellurion)
 foreach(room IN LISTS tellurion_rooms)
-  install(DIRECTORY src/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tellurion FILES_MATCHING PATTERN "*.h")
+  install(DIRECTORY src/${room} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tellurion FILES_MATCHING PATTERN "*.h" PATTERN "*_test.h" EXCLUDE)
 endforeach()
 configure_package_config_file(cmake/tellurionConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/tellurionConfig.cmake
   INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tellurion)

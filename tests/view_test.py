@@ -80,7 +80,7 @@ class Viewer:
         return done.stdout.strip()
 
     def move(self, x, y):
-        self.xdotool("mousemove", "--sync", "--window", self.window, x, y)
+        self.xdotool("mousemove", "--window", self.window, x, y)
 
     def key(self, name):
         self.xdotool("key", name)
@@ -94,8 +94,7 @@ class Viewer:
 
     def wheel(self, steps, at):
         self.move(*at)
-        for _ in range(abs(steps)):
-            self.xdotool("click", 4 if steps > 0 else 5)
+        self.xdotool("click", "--repeat", abs(steps), "--delay", 10, 4 if steps > 0 else 5)
 
     def camera(self):
         """What the program prints when asked for its camera: lat, lon, height, heading, pitch, roll."""
@@ -277,9 +276,14 @@ def test_resize(viewer):
 
 
 def test_help(viewer):
+    """The table of controls darkens the middle of the window and writes on it."""
     viewer.key("h")
+    path = os.path.join(viewer.folder, "help.png")
     wait_for("quiet", viewer.idle)
-    subprocess.run(["import", "-window", viewer.window, os.path.join(viewer.folder, "help.png")], env=viewer.environment, check=True)
+    subprocess.run(["import", "-window", viewer.window, path], env=viewer.environment, check=True)
+    width, height, pixels = picture(path)
+    middle = [pixels[row * width + col] for row in range(height // 3, 2 * height // 3) for col in range(width // 4, 3 * width // 4)]
+    assert sum(1 for p in middle if min(p) > 200) > 1000, "no text in the middle"
     viewer.key("Escape")
 
 
