@@ -81,7 +81,7 @@ geo::GeoRect grown(const geo::GeoRect& r, double step) {
   const double bulge = step * step;
   const double farthest = std::max(std::abs(r.south.radians()), std::abs(r.north.radians()));
   const double nearPole = std::max(std::cos(farthest) - step, 1e-6);
-  const Angle dLat = Angle::radians(bulge / nearPole + 1e-12);
+  const Angle dLat = Angle::radians(bulge + 1e-12);
   const Angle dLon = Angle::radians(bulge / (nearPole * nearPole) + 1e-12);
   const Angle pole = Angle::degrees(90.0);
   const bool allAround = (r.width + dLon * 2.0).degrees() >= 360.0;

@@ -101,11 +101,11 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
                                        drivers.List(), nullptr, nullptr));
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
   if (dataset) return dataset;
-  return tl::unexpected(
-      messages.failure(Code::unsupported,
-                       "cannot be opened as a raster; virtual rasters (VRT) and services are not read here, give the "
-                       "raster files themselves",
-                       path));
+  return tl::unexpected(messages.failure(
+      Code::unsupported,
+      "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
+      "(VRT) or a service the raster files themselves are wanted",
+      path));
 }
 
 io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values) {

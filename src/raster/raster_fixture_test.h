@@ -8,6 +8,7 @@
 #include <ogr_spatialref.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <functional>
@@ -26,8 +27,9 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            ("tellurion_" + std::to_string(::getpid()) + "_" + test->test_suite_name() + "_" + test->name());
+    std::string name = std::string(test->test_suite_name()) + "_" + test->name();
+    std::ranges::replace(name, '/', '_');
+    path_ = std::filesystem::temp_directory_path() / ("tellurion_" + std::to_string(::getpid()) + "_" + name);
     std::filesystem::create_directories(path_);
   }
   ~ScratchFolder() {
@@ -48,7 +50,7 @@ struct MadeRaster {
   int height = 1;
   GDALDataType type = GDT_Float32;
   int bands = 1;
-  std::array<double, 6> transform{};
+  std::array<double, 6> transform{};    ///< all 0: none
   std::string reference = "EPSG:4326";  ///< empty: none
   std::vector<const char*> options{};
   std::function<double(int band, int col, int row)> value;
@@ -64,7 +66,7 @@ inline void makeRaster(const std::string& path, const MadeRaster& made) {
   GDALDataset* dataset = driver->Create(path.c_str(), made.width, made.height, made.bands, made.type, options.List());
   ASSERT_NE(dataset, nullptr);
   auto transform = made.transform;
-  dataset->SetGeoTransform(transform.data());
+  if (made.transform != std::array<double, 6>{}) dataset->SetGeoTransform(transform.data());
   if (!made.reference.empty()) {
     OGRSpatialReference reference;
     ASSERT_EQ(reference.SetFromUserInput(made.reference.c_str()), OGRERR_NONE);
