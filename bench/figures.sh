@@ -20,7 +20,7 @@ median_seconds() {
 
 build_earth() {
   rm -f "$work"/earth_*.tdb
-  "$program" build "$work/earth_elevation.tdb" data/earth/etopo5_dem_10min.tif data/earth/srtm3_everest_N27E086.tif --kind elevation --tiling "$1"
+  "$program" build "$work/earth_elevation.tdb" data/earth/etopo5_dem_10min.tif data/earth/srtm3_everest_N27E086_filled.tif --kind elevation --tiling "$1"
   "$program" build "$work/earth_imagery.tdb" data/earth/bluemarble_dec2004_5400x2700.jpg data/earth/everest_landsat7_rgb_30m.tif --kind imagery --tiling "$1"
 }
 

@@ -15,7 +15,7 @@ database() {
   say "$program build $file $*"
   "$program" build "$file" "$@"
 }
-database earth_elevation.tdb "$data/earth/etopo5_dem_10min.tif" "$data/earth/srtm3_everest_N27E086.tif" --kind elevation --tiling cube
+database earth_elevation.tdb "$data/earth/etopo5_dem_10min.tif" "$data/earth/srtm3_everest_N27E086_filled.tif" --kind elevation --tiling cube
 database earth_imagery.tdb "$data/earth/bluemarble_dec2004_5400x2700.jpg" "$data/earth/everest_landsat7_rgb_30m.tif" --kind imagery --tiling cube
 database earth_night.tdb "$data/earth/night_lights_5400x2700.jpg" --kind imagery --tiling cube
 database mars_elevation.tdb "$data/mars/mola_dem_4ppd.tif" --kind elevation --tiling healpix --body mars
