@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
+#include "pyramid/sample_views.h"
 #include "pyramid/tile_places.h"
-#include "raster/reduce.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -46,21 +47,24 @@ Corners cornersAt(const Position& position, int side) {
   return {column, row, position.column - column, position.row - row};
 }
 
-/// Bilinear; NODATA where the nearest sample is, else over those that have data.
+/// Bilinear; NODATA where the nearest sample is (of several equally near ones, all), else over those that have data.
+/// The same bits from both sides of a border: the sum of two products does not depend on their order.
 float heightAt(const Raster<float>& tile, const Position& position) {
   const Corners c = cornersAt(position, tile.width);
-  const float nearest = tile.at(c.column + (c.right >= 0.5 ? 1 : 0), c.row + (c.bottom >= 0.5 ? 1 : 0));
-  if (isNoData(nearest)) return kNoData;
   double sum = 0.0;
   double weights = 0.0;
+  double heaviest = 0.0;
+  double heaviestWithData = 0.0;
   for (int i = 0; i < 4; ++i) {
     const float height = tile.at(c.column + (i & 1), c.row + (i >> 1));
     const double weight = ((i & 1) != 0 ? c.right : 1.0 - c.right) * ((i >> 1) != 0 ? c.bottom : 1.0 - c.bottom);
+    heaviest = std::max(heaviest, weight);
     if (weight == 0.0 || isNoData(height)) continue;
+    heaviestWithData = std::max(heaviestWithData, weight);
     sum += weight * static_cast<double>(height);
     weights += weight;
   }
-  return static_cast<float>(sum / weights);
+  return heaviestWithData < heaviest ? kNoData : static_cast<float>(sum / weights);
 }
 
 Rgba8 nearestColour(const Raster<Rgba8>& tile, const Position& position) {
@@ -70,6 +74,11 @@ Rgba8 nearestColour(const Raster<Rgba8>& tile, const Position& position) {
 }
 
 }  // namespace
+
+struct BaseLayer::Found {
+  raster::SourceTile tile;
+  tiling::TileId id;
+};
 
 io::Result<std::optional<BaseLayer::Found>> BaseLayer::nearest(const tiling::TileId& id) const {
   for (int level = id.level; level >= 0; --level) {
@@ -81,21 +90,70 @@ io::Result<std::optional<BaseLayer::Found>> BaseLayer::nearest(const tiling::Til
   return std::optional<Found>{};
 }
 
-io::Result<Raster<float>> BaseLayer::heights(const tiling::TileId& id) const {
-  const int cells = reader_->info().tileCells;
-  const int side = sideOf(raster::Kind::elevation, cells);
-  Raster<float> heights(side, side, kNoData);
-  auto found = nearest(id);
-  if (!found) return tl::unexpected(found.error());
-  if (!*found) return heights;
-  const Raster<float>& stored = std::get<raster::ElevationTile>((*found)->tile.payload).samples;
-  if ((*found)->id == id) return stored;
-  for (int row = 0; row < side; ++row) {
-    for (int column = 0; column < side; ++column) {
-      heights.at(column, row) = heightAt(stored, inAncestor(id, (*found)->id, cells, 0.0, column, row));
+/// The heights of one tile's places, with the tiles around it that are needed.
+class BaseLayer::Heights {
+ public:
+  explicit Heights(const BaseLayer& base)
+      : base_(base), tiling_(base.reader_->info().scheme), cells_(base.reader_->info().tileCells) {}
+
+  /// Of all views of the place, the one whose stored tile is finest.
+  float at(const SampleView& sample) {
+    const Found* best = nullptr;
+    const SampleView* bestView = nullptr;
+    const std::vector<SampleView> views = viewsOf(tiling_, sample, cells_);
+    for (const SampleView& view : views) {
+      const std::optional<Found>& found = nearestTo(view.tile);
+      if (!found || (best != nullptr && best->id.level >= found->id.level)) continue;
+      best = &*found;
+      bestView = &view;
     }
+    if (best == nullptr) return kNoData;
+    const Raster<float>& stored = std::get<raster::ElevationTile>(best->tile.payload).samples;
+    return heightAt(
+        stored, inAncestor(bestView->tile, best->id, cells_, 0.0, bestView->column + kGutter, bestView->row + kGutter));
   }
-  return heights;
+
+  Raster<float> ofTile(const tiling::TileId& id) {
+    const int side = sideOf(raster::Kind::elevation, cells_);
+    Raster<float> heights(side, side, kNoData);
+    for (int row = 0; row <= cells_; ++row) {
+      for (int column = 0; column <= cells_; ++column) {
+        heights.at(column + kGutter, row + kGutter) = at({id, column, row});
+      }
+    }
+    for (int i = 0; i <= cells_; ++i) {
+      const int place = i + kGutter;
+      heights.at(place, 0) = at(viewAcross(tiling_, id, tiling::Edge::top, i, 1, cells_));
+      heights.at(side - 1, place) = at(viewAcross(tiling_, id, tiling::Edge::right, i, 1, cells_));
+      heights.at(place, side - 1) = at(viewAcross(tiling_, id, tiling::Edge::bottom, i, 1, cells_));
+      heights.at(0, place) = at(viewAcross(tiling_, id, tiling::Edge::left, i, 1, cells_));
+    }
+    return heights;
+  }
+
+  const std::optional<io::Failure>& failure() const { return failure_; }
+
+ private:
+  const std::optional<Found>& nearestTo(const tiling::TileId& id) {
+    const auto known = found_.find(id);
+    if (known != found_.end()) return known->second;
+    auto found = base_.nearest(id);
+    if (!found) failure_ = found.error();
+    return found_.emplace(id, found ? std::move(*found) : std::nullopt).first->second;
+  }
+
+  const BaseLayer& base_;
+  tiling::Tiling tiling_;
+  int cells_;
+  std::unordered_map<tiling::TileId, std::optional<Found>, tiling::TileIdHash> found_;
+  std::optional<io::Failure> failure_;
+};
+
+io::Result<Raster<float>> BaseLayer::heights(const tiling::TileId& id) const {
+  Heights heights(*this);
+  Raster<float> raster = heights.ofTile(id);
+  if (heights.failure()) return tl::unexpected(*heights.failure());
+  return raster;
 }
 
 io::Result<Raster<Rgba8>> BaseLayer::colours(const tiling::TileId& id) const {

@@ -12,15 +12,15 @@ class BaseLayer {
  public:
   explicit BaseLayer(std::shared_ptr<const PyramidReader> reader) : reader_(std::move(reader)) {}
 
-  /// With gutter; NODATA, or no coverage, where no ancestor is stored.
+  /// With gutter; NODATA where no ancestor is stored. A function of the place alone: where a sample lies on a border,
+  /// the finest of the stored tiles around decides, so that neighbours which ask agree to the last bit.
   io::Result<raster::Raster<float>> heights(const tiling::TileId& id) const;
+  /// With gutter; no coverage where no ancestor is stored.
   io::Result<raster::Raster<raster::Rgba8>> colours(const tiling::TileId& id) const;
 
  private:
-  struct Found {
-    raster::SourceTile tile;
-    tiling::TileId id;
-  };
+  struct Found;
+  class Heights;
   io::Result<std::optional<Found>> nearest(const tiling::TileId& id) const;
   std::shared_ptr<const PyramidReader> reader_;
 };
