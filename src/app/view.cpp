@@ -64,7 +64,9 @@ io::Result<void> view(const ViewOptions& options) {
   auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
   const scene::View start = startView(options, *scene, size);
-  return ViewLoop(*window, **globe, std::move(*renderer), start, {.tolerance_px = options.tolerance_px}).run();
+  return ViewLoop(*window, **globe, tiling::Tiling(scene->tiling), std::move(*renderer), start,
+                  {.tolerance_px = options.tolerance_px})
+      .run();
 }
 
 }  // namespace

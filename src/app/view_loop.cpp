@@ -10,6 +10,7 @@
 
 #include "app/view_panels.h"
 #include "raster/image_file.h"
+#include "scene/drawn_ground.h"
 
 namespace tellurion::app {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load; longer where a picture takes longer.
 constexpr double kArrivals_ms = 15.0;
+constexpr int kMostRaises = 4;
 constexpr int kMostScreenshots = 100000;
 
 std::string length(double m) {
@@ -36,10 +38,11 @@ bool isEmpty(scene::Viewport size) {
 
 }  // namespace
 
-ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, render::Renderer renderer, const scene::View& start,
-                   const scene::CutOptions& cut)
+ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, const tiling::Tiling& tiling, render::Renderer renderer,
+                   const scene::View& start, const scene::CutOptions& cut)
     : window_(window),
       globe_(globe),
+      tiling_(tiling),
       renderer_(std::move(renderer)),
       ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
       controls_(start),
@@ -71,7 +74,7 @@ void ViewLoop::waitForWork() {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(noticeUntil_ - Clock::now());
     waitUpTo(std::max(left, std::chrono::milliseconds(1)));
   }
-  if (pictureStale_ && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
+  if ((pictureStale_ || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
   window_.wait(atMost);
   if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) pictureStale_ = true;
   if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
@@ -127,6 +130,25 @@ void ViewLoop::adjustToWindow() {
   pictureStale_ = true;
 }
 
+// The ground that is drawn may lie above the finest that is known, while data load or between the samples of a mesh;
+// the eye stays above both. Raised, it sees another frame, so this is done again.
+const scene::Frame& ViewLoop::frameAboveGround() {
+  controls_.keepAboveGround(ground_);
+  const scene::Frame* frame = &globe_.update(controls_.view(), cut_);
+  const scene::Ground seen{ground_.ellipsoid, [&](const geo::Direction& d) {
+                             const auto known_m = globe_.groundHeight_m(d);
+                             const auto drawn_m = scene::drawnHeight_m(*frame, tiling_, ground_.ellipsoid, d);
+                             return drawn_m ? std::optional(std::max(*drawn_m, known_m.value_or(*drawn_m))) : known_m;
+                           }};
+  for (int i = 0; i < kMostRaises; ++i) {
+    const geo::BodyPosition before = controls_.view().eye;
+    controls_.keepAboveGround(seen);
+    if (controls_.view().eye == before) break;
+    frame = &globe_.update(controls_.view(), cut_);
+  }
+  return *frame;
+}
+
 io::Result<void> ViewLoop::drawPicture() {
   if (!target_) {
     auto target = render::RenderTarget::create(controls_.view().viewport);
@@ -134,8 +156,7 @@ io::Result<void> ViewLoop::drawPicture() {
     target_ = std::move(*target);
   }
   const auto begin = Clock::now();
-  controls_.keepAboveGround(ground_);
-  const scene::Frame& frame = globe_.update(controls_.view(), cut_);
+  const scene::Frame& frame = frameAboveGround();
   renderer_.draw(frame, *target_);
   render::finish();
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -156,7 +177,8 @@ void ViewLoop::drawPanels() {
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();
-  panelsStale_ = false;
+  panelsStale_ = helpShown_ && !helpDrawn_;  // ImGui shows a window from its second frame on, when it knows its size
+  helpDrawn_ = helpShown_;
 }
 
 std::vector<std::string> ViewLoop::statusParts() const {

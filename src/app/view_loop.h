@@ -14,8 +14,8 @@ namespace tellurion::app {
 /// Main thread only. Window and globe must outlive it.
 class ViewLoop {
  public:
-  ViewLoop(ViewWindow& window, scene::Globe& globe, render::Renderer renderer, const scene::View& start,
-           const scene::CutOptions& cut);
+  ViewLoop(ViewWindow& window, scene::Globe& globe, const tiling::Tiling& tiling, render::Renderer renderer,
+           const scene::View& start, const scene::CutOptions& cut);
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
@@ -28,6 +28,7 @@ class ViewLoop {
   void handleKey(ViewKey key);
   void adjustToWindow();
   io::Result<void> drawPicture();
+  const scene::Frame& frameAboveGround();
   void drawPanels();
   void printCamera();
   void saveScreenshot();
@@ -39,6 +40,7 @@ class ViewLoop {
 
   ViewWindow& window_;
   scene::Globe& globe_;
+  tiling::Tiling tiling_;
   render::Renderer renderer_;
   scene::Ground ground_;
   ViewControls controls_;
@@ -49,6 +51,7 @@ class ViewLoop {
   bool panelsStale_ = true;   ///< what lies over it must
   bool complete_ = false;
   bool helpShown_ = false;
+  bool helpDrawn_ = false;
   int tilesWanted_ = 0;
   double frame_ms_ = 0.0;
   std::size_t failuresReported_ = 0;
