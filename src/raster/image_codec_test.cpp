@@ -22,7 +22,7 @@ Raster<Rgba8> picture(int width, int height, bool opaque) {
       const auto wave = [&](double f) {
         return static_cast<std::uint8_t>(127.5 + 127.0 * std::sin(f * col + 0.05 * row));
       };
-      const std::uint8_t a = opaque ? 255 : static_cast<std::uint8_t>((col * 7 + row) % 256);
+      const std::uint8_t a = opaque ? std::uint8_t{255} : static_cast<std::uint8_t>((col * 7 + row) % 256);
       r.at(col, row) = {wave(0.02), wave(0.03), wave(0.05), a};
     }
   }
