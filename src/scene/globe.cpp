@@ -123,7 +123,13 @@ struct Globe::State final : public TileTree {
     frame.background = scene.background;
   }
 
-  const TileFacts* facts(const tiling::TileId& id) override { return &record(id).facts; }
+  /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
+  /// the first of four children before the last has come, for ever.
+  const TileFacts* facts(const tiling::TileId& id) override {
+    TileRecord& r = record(id);
+    r.lastUse = updates;
+    return &r.facts;
+  }
 
   TileRecord& record(const tiling::TileId& id) {
     const auto [found, isNew] = records.try_emplace(id);

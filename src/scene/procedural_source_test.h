@@ -47,7 +47,7 @@ class ProceduralSource final : public raster::TileSource {
   ProceduralSource(raster::Kind kind, tiling::Scheme scheme, int maxLevel, geo::Body body = geo::earth())
       : tiling_(scheme) {
     info_ = {.name = "procedural", .kind = kind, .scheme = scheme, .body = std::move(body), .maxLevel = maxLevel};
-    info_.tileCells = kind == raster::Kind::elevation ? raster::kElevationCells : 32;
+    info_.tileCells = kind == raster::Kind::elevation ? raster::kElevationCells : raster::kImageryPixels;
     stored = [](const tiling::TileId&) { return true; };
     height = hillsAt;
   }
@@ -78,7 +78,7 @@ class ProceduralSource final : public raster::TileSource {
     } else {
       tile.payload =
           raster::ImageryTile{.pixels = raster::Raster<raster::Rgba8>(
-                                  34, 34, {std::uint8_t(40 * id.root), 100, std::uint8_t(20 * id.level), 255})};
+                                  258, 258, {std::uint8_t(40 * id.root), 100, std::uint8_t(20 * id.level), 255})};
     }
     return std::optional(std::move(tile));
   }

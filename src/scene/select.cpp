@@ -151,12 +151,9 @@ class Cut {
 
   void collect() {
     for (const Node& node : nodes_) {
-      if (node.firstChild >= 0) {
-        out_.inner.push_back(node.id);
-      } else if (node.seen && node.facts->drawable) {
-        out_.drawn.push_back({.id = node.id, .coarseEdges = coarseEdgesOf(node.id)});
-        out_.maxScreenError_px = std::max(out_.maxScreenError_px, node.error_px);
-      }
+      if (node.firstChild >= 0 || !node.seen || !node.facts->drawable) continue;
+      out_.drawn.push_back({.id = node.id, .coarseEdges = coarseEdgesOf(node.id)});
+      out_.maxScreenError_px = std::max(out_.maxScreenError_px, node.error_px);
     }
     for (const auto& [id, priority] : wanted_)
       out_.wanted.push_back({.id = id, .priority = priority});

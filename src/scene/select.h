@@ -48,8 +48,7 @@ struct WantedTile {
 /// A cut through the forest: drawn are its leaves that may be seen.
 struct Selection {
   std::vector<SelectedTile> drawn;
-  std::vector<WantedTile> wanted;     ///< not loaded yet, each once, most urgent first
-  std::vector<tiling::TileId> inner;  ///< ancestors of the leaves, roots first
+  std::vector<WantedTile> wanted;  ///< not loaded yet, each once, most urgent first
   int visited = 0;
   int culledFrustum = 0;
   int culledHorizon = 0;

@@ -1,0 +1,277 @@
+#include "scene/globe.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <set>
+#include <unordered_set>
+
+#include "geo/body.h"
+#include "geo/seed_test.h"
+#include "scene/procedural_source_test.h"
+
+namespace tellurion::scene {
+namespace {
+
+using namespace std::chrono_literals;
+using tiling::Scheme;
+using tiling::TileId;
+using tiling::Tiling;
+
+View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
+  const Camera camera{
+      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
+      .heading = geo::Angle::degrees(heading),
+      .pitch = geo::Angle::degrees(pitch),
+      .roll = {}};
+  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
+}
+
+View randomView(std::mt19937_64& random) {
+  const double height_m = 9000.0 * std::exp(geo::uniform(random, 0.0, 7.5));
+  return viewFrom(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180), height_m,
+                  geo::uniform(random, 0, 360), geo::uniform(random, -90, -5));
+}
+
+struct Planet {
+  std::shared_ptr<ProceduralSource> elevation;
+  std::shared_ptr<ProceduralSource> imagery;
+  std::unique_ptr<Globe> globe;
+};
+
+Planet planetOf(Scheme scheme, GlobeOptions options = {}, int depth = 6) {
+  Planet p;
+  p.elevation = std::make_shared<ProceduralSource>(raster::Kind::elevation, scheme, depth);
+  p.imagery = std::make_shared<ProceduralSource>(raster::Kind::imagery, scheme, depth + 1);
+  Scene scene;
+  scene.tiling = scheme;
+  GlobeLayers layers{.elevation = {p.elevation}, .imagery = {{.source = p.imagery}}};
+  p.globe = Globe::fromLayers(scene, std::move(layers), options).value();
+  return p;
+}
+
+const Frame& loaded(Globe& globe, const View& view, const CutOptions& options = {}) {
+  const auto end = std::chrono::steady_clock::now() + 120s;
+  while (std::chrono::steady_clock::now() < end) {
+    const Frame& frame = globe.update(view, options);
+    if (frame.complete) return frame;
+    globe.waitForArrivals(1000ms);
+  }
+  ADD_FAILURE() << "never complete";
+  return globe.update(view, options);
+}
+
+/// How many of the drawn tiles hold a place.
+int coversOf(const std::unordered_set<TileId, tiling::TileIdHash>& drawn, const Tiling& tiling,
+             const geo::Direction& d) {
+  int covers = 0;
+  const TileId deepest = tiling.tileAt(d, 20);
+  for (int level = 0; level <= 20; ++level)
+    covers += drawn.count(deepest.ancestor(level)) != 0 ? 1 : 0;
+  return covers;
+}
+
+/// Every place of the ellipsoid in the picture is covered by exactly one tile, and edges know coarser neighbours.
+void expectWhole(const Frame& frame, const Tiling& tiling, std::mt19937_64& random) {
+  const geo::Ellipsoid earth = geo::earth().ellipsoid;
+  std::unordered_set<TileId, tiling::TileIdHash> drawn;
+  for (const DrawnTile& t : frame.tiles) {
+    ASSERT_TRUE(drawn.insert(t.id).second);
+    ASSERT_TRUE(t.mesh);
+  }
+  const geo::Mat3 bodyFromView = glm::transpose(frame.view.viewFromBody);
+  const double y = std::tan(frame.view.verticalFov.radians() / 2);
+  for (int i = 0; i < 400; ++i) {
+    const geo::Vec3 sight =
+        bodyFromView * geo::Vec3(geo::uniform(random, -y, y) * 4 / 3, geo::uniform(random, -y, y), -1.0);
+    const auto hit = earth.intersect({frame.view.eye, sight});
+    if (!hit) continue;
+    const geo::Direction d = earth.directionFromBody(frame.view.eye + sight * *hit);
+    ASSERT_EQ(coversOf(drawn, tiling, d), 1);
+  }
+  for (const DrawnTile& t : frame.tiles) {
+    for (std::size_t e = 0; e < 4; ++e) {
+      const TileId same = tiling.edgeNeighbour(t.id, tiling::kEdges[e]).tile;
+      for (int level = 0; level + 1 < same.level; ++level)
+        ASSERT_EQ(drawn.count(same.ancestor(level)), 0u) << "two levels apart";
+      const bool coarser = same.level > 0 && drawn.count(same.parent()) != 0;
+      ASSERT_EQ(((t.coarseEdges >> e) & 1) != 0, coarser);
+    }
+  }
+}
+
+class GlobeOnTiling : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(All, GlobeOnTiling, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
+                         [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
+
+TEST_P(GlobeOnTiling, drawsTheWholeGlobeFromOrbit) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(GetParam());
+  const auto start = std::chrono::steady_clock::now();
+  const Frame& frame = loaded(*p.globe, viewFrom(20, 10, 15e6, 0, -90));
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  expectWhole(frame, Tiling(GetParam()), random);
+  std::uint32_t triangles = 0;
+  for (const DrawnTile& t : frame.tiles) {
+    triangles += t.mesh->interior.count / 3;
+    for (std::size_t e = 0; e < 4; ++e)
+      triangles += (((t.coarseEdges >> e) & 1) != 0 ? t.mesh->coarseEdge : t.mesh->fineEdge)[e].count / 3;
+  }
+  EXPECT_LT(triangles, 20000u);
+  EXPECT_LE(frame.statistics.maxScreenError_px, 1.0);
+  for (int i = 0; i < 20; ++i)
+    p.globe->update(frame.view);
+  std::printf("tiles %zu, triangles %u, loaded in %.3f s, requests %llu, update %.3f ms, visited %d\n",
+              frame.tiles.size(), triangles, seconds, static_cast<unsigned long long>(frame.statistics.requests),
+              frame.statistics.update_ms, frame.statistics.tilesVisited);
+}
+
+TEST_P(GlobeOnTiling, isWholeInEveryFrameWhileTilesArriveLateAndInRandomOrder) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(GetParam(), {.workers = 3});
+  std::atomic<unsigned> turn{0};
+  p.elevation->delay = [&](const TileId&) {
+    std::this_thread::sleep_for(std::chrono::microseconds((turn++ * 7919u) % 3000u));
+  };
+  const Tiling tiling(GetParam());
+  // Whole means from when the roots are there.
+  for (const double lon : {0.0, 90.0, 180.0, 270.0})
+    loaded(*p.globe, viewFrom(0, lon, 30e6, 0, -90), {.tolerance_px = 1e6});
+  for (int v = 0; v < 4; ++v) {
+    const View view = randomView(random);
+    for (int i = 0; i < 400; ++i) {
+      const Frame& frame = p.globe->update(view, {.tolerance_px = 2.0});
+      expectWhole(frame, tiling, random);
+      if (HasFatalFailure() || frame.complete) break;
+      p.globe->waitForArrivals(20ms);
+    }
+  }
+  for (const auto& source : {p.elevation, p.imagery}) {
+    for (const auto& [id, count] : source->requests())
+      EXPECT_EQ(count, 1) << "asked twice";
+  }
+}
+
+TEST_P(GlobeOnTiling, theCompletedFrameDoesNotDependOnTheWayThere) {
+  std::mt19937_64 random = geo::seededGenerator();
+  const View view = randomView(random);
+  const auto tilesOf = [&](const Frame& frame) {
+    std::set<std::pair<TileId, int>> out;
+    for (const DrawnTile& t : frame.tiles)
+      out.insert({t.id, t.coarseEdges});
+    return out;
+  };
+  Planet direct = planetOf(GetParam());
+  const auto expected = tilesOf(loaded(*direct.globe, view));
+  Planet wandering = planetOf(GetParam(), {.workers = 3});
+  for (int i = 0; i < 5; ++i)
+    wandering.globe->update(randomView(random));
+  loaded(*wandering.globe, randomView(random));
+  EXPECT_EQ(tilesOf(loaded(*wandering.globe, view)), expected);
+}
+
+TEST_P(GlobeOnTiling, groundHeightIsThatOfTheData) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(GetParam());
+  const geo::Direction d = geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
+  EXPECT_FALSE(p.globe->groundHeight_m(d));
+  const geo::Geodetic g = geo::geodeticFromDirection(d);
+  loaded(*p.globe, viewFrom(g.lat.degrees(), g.lon.degrees(), 20e3, 0, -90));
+  EXPECT_NEAR(p.globe->groundHeight_m(d).value(), hillsAt(d), 30.0);
+}
+
+TEST(Globe, failingTilesAreReportedOnceAndDrawnFromAbove) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(Scheme::cube);
+  const geo::Direction d = geo::directionFromDegrees(12, 34);
+  const Tiling tiling(Scheme::cube);
+  p.elevation->failing = {tiling.tileAt(d, 3)};
+  p.imagery->failing = {tiling.tileAt(d, 2)};
+  for (int i = 0; i < 3; ++i) {
+    expectWhole(loaded(*p.globe, viewFrom(12, 34, 100e3, 0, -60)), tiling, random);
+    loaded(*p.globe, viewFrom(12.5, 34, 120e3, 0, -70));
+  }
+  EXPECT_EQ(p.globe->failures().size(), 2u);
+  EXPECT_EQ(p.elevation->requests().at(tiling.tileAt(d, 3)), 1);
+  EXPECT_EQ(p.imagery->requests().at(tiling.tileAt(d, 2)), 1);
+}
+
+TEST(Globe, aSourceThatFailsAltogetherLeavesABareGlobe) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(Scheme::healpix);
+  for (std::uint8_t root = 0; root < 12; ++root) {
+    p.elevation->failing.insert(TileId{.level = 0, .root = root});
+    p.imagery->failing.insert(TileId{.level = 0, .root = root});
+  }
+  expectWhole(loaded(*p.globe, viewFrom(0, 0, 15e6, 0, -90)), Tiling(Scheme::healpix), random);
+  EXPECT_GE(p.globe->failures().size(), 2u);
+}
+
+TEST(Globe, whatIsNoLongerWantedIsCancelled) {
+  Planet p = planetOf(Scheme::cube, {.workers = 1}, 9);
+  loaded(*p.globe, viewFrom(0, 0, 15e6, 0, -90));
+  p.elevation->delay = [](const TileId&) { std::this_thread::sleep_for(2ms); };
+  for (int i = 0; i < 60; ++i)
+    p.globe->update(viewFrom(-60, i * 6.0, 10e3, 0, -40));
+  const auto before = p.elevation->requests().size();
+  loaded(*p.globe, viewFrom(50, 100, 4000, 0, -90));
+  const auto after = p.elevation->requests().size();
+  EXPECT_LT(after - before, 400u);
+}
+
+TEST(Globe, bareEllipsoidNeedsNoLayers) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Scene scene;
+  const auto globe = Globe::fromLayers(scene, {}).value();
+  const Frame& frame = loaded(*globe, viewFrom(10, 20, 2e6, 30, -50));
+  expectWhole(frame, Tiling(scene.tiling), random);
+  EXPECT_EQ(globe->groundHeight_m(geo::directionFromDegrees(10, 20)), 0.0);
+}
+
+TEST(Globe, staysWithinItsByteBudget) {
+  Planet p = planetOf(Scheme::cube, {.workers = 2, .cpuCacheBytes = 80u << 20});
+  std::uint64_t peak = 0;
+  for (int i = 0; i < 24; ++i) {
+    loaded(*p.globe, viewFrom(-60 + i * 5, i * 15.0, 40e3, 0, -60));
+    peak = std::max(peak, p.globe->update(viewFrom(-60 + i * 5, i * 15.0, 40e3, 0, -60)).statistics.cpuCacheBytes);
+  }
+  EXPECT_LT(peak, std::uint64_t{81} << 20);
+}
+
+TEST(Globe, aBudgetTooSmallForTheViewStillCompletes) {
+  Planet p = planetOf(Scheme::cube, {.workers = 2, .cpuCacheBytes = 1u << 20});
+  loaded(*p.globe, viewFrom(30, 15, 40e3, 0, -60));
+}
+
+TEST(Globe, layersOfAnotherTilingOrBodyAreRefused) {
+  Scene scene;
+  scene.tiling = Scheme::healpix;
+  const auto source = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 3);
+  const auto globe = Globe::fromLayers(scene, {.elevation = {source}, .imagery = {}});
+  ASSERT_FALSE(globe);
+  EXPECT_NE(globe.error().message.find("--tiling healpix"), std::string::npos);
+  scene.tiling = Scheme::cube;
+  scene.body = geo::mars();
+  EXPECT_FALSE(Globe::fromLayers(scene, {.elevation = {source}, .imagery = {}}));
+  scene.body = geo::earth();
+  EXPECT_FALSE(Globe::fromLayers(scene, {.elevation = {}, .imagery = {{.source = source}}}));
+}
+
+TEST(Globe, deepZoomGoesOnBeyondTheData) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(Scheme::cube);
+  const double ground = hillsAt(geo::directionFromDegrees(40, 40));
+  const View view = viewFrom(40, 40, ground + 150.0, 20, -10);
+  const Frame& frame = loaded(*p.globe, view);
+  expectWhole(frame, Tiling(Scheme::cube), random);
+  EXPECT_LE(frame.statistics.maxScreenError_px, 1.0);
+  std::printf("close to the ground: tiles %zu, deepest %d, update %.3f ms\n", frame.tiles.size(),
+              static_cast<int>(std::max_element(frame.tiles.begin(), frame.tiles.end(),
+                                                [](const auto& a, const auto& b) { return a.id.level < b.id.level; })
+                                   ->id.level),
+              p.globe->update(view).statistics.update_ms);
+}
+
+}  // namespace
+}  // namespace tellurion::scene
