@@ -8,6 +8,7 @@ namespace {
 using Code = io::Failure::Code;
 
 constexpr int kGroupSize = 128;
+constexpr std::size_t kMostOpenFiles = 256;  ///< of the walk, which reads no samples
 constexpr std::chrono::milliseconds kReportInterval{100};
 
 std::size_t windowFor(int jobs) {
@@ -22,7 +23,7 @@ BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, cons
       database_(database),
       progress_(progress),
       stop_(std::move(stop)),
-      inputs_(plan),
+      inputs_(plan, kMostOpenFiles),
       work_(jobs, windowFor(jobs)) {}
 
 io::Result<void> BuildRun::prepareBase() {
@@ -70,7 +71,7 @@ io::Result<void> BuildRun::runLevel() {
   bool isExhausted = false;
   while (!isExhausted || !work_.isEmpty()) {
     if (stop_.stop_requested()) {
-      return io::fail(Code::cancelled, "stopped; the same command goes on where it was", plan_.meta.buildKey);
+      return io::fail(Code::cancelled, "stopped; the same command goes on where it was", database_.connection().path());
     }
     if (isExhausted || work_.isFull()) {
       if (auto ok = finishOldest(); !ok) return ok;

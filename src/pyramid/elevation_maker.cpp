@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pyramid/sample_views.h"
 #include "pyramid/tile_maker.h"
 #include "pyramid/tile_places.h"
 #include "raster/codec.h"
@@ -54,27 +55,13 @@ void takeChild(Canvas& canvas, int quadrant, const Raster<float>& child) {
   }
 }
 
-/// The sample of a tile two steps in from an edge, at `along` on it (with u or v).
-float inFromEdge(const Raster<float>& tile, int cells, tiling::Edge edge, int along) {
-  switch (edge) {
-    case tiling::Edge::top:
-      return sampleOf(tile, along, 2);
-    case tiling::Edge::right:
-      return sampleOf(tile, cells - 2, along);
-    case tiling::Edge::bottom:
-      return sampleOf(tile, along, cells - 2);
-    case tiling::Edge::left:
-      return sampleOf(tile, 2, along);
-  }
-  return kNoData;
-}
-
 /// The gutter along half an edge, from the tile of the children's level behind it.
 void takeGutter(Canvas& canvas, tiling::Edge edge, int half, const AdjacentTile& adjacent, const Raster<float>& tile) {
   const int cells = canvas.cells;
   for (int i = 0; i <= cells / 2; ++i) {
     const int along = adjacent.reversed ? cells - 2 * i : 2 * i;
-    const float height = inFromEdge(tile, cells, adjacent.edge, along);
+    const SampleView view = viewFromEdge(adjacent.record.id, adjacent.edge, along, 2, cells);
+    const float height = sampleOf(tile, view.column, view.row);
     const int place = half * cells / 2 + i;
     switch (edge) {
       case tiling::Edge::top:

@@ -18,9 +18,11 @@ using raster::isNoData;
 using raster::kGutter;
 using tiling::TileId;
 
-/// Half the step of the numerical derivative of a place, as a share of a root's side: some 10 m on Earth, where both
+/// Half the step of the numerical derivative of a place, as a share of a root's side: some 100 m on Earth, where both
 /// the curvature's error and cancellation are below 1e-9.
-constexpr double kHalfStep = 1e-6;
+constexpr double kHalfStep = 1e-5;
+/// The geographic tiling's u has no direction at a pole: there the normal is taken this far (or half a cell) beside it.
+constexpr double kBesidePole = 1e-4;
 
 struct CachedTile {
   TileId id;
@@ -75,6 +77,15 @@ struct Patch {
 
   bool isNoDataAtNearest() const { return std::isnan(heights[(s >= 0.5 ? 1u : 0u) + (t >= 0.5 ? 2u : 0u)]); }
   double height() const {
+    const auto mix = [](double a, double b, double share) { return a + (b - a) * share; };
+    const double whole = mix(mix(heights[0], heights[1], s), mix(heights[2], heights[3], s), t);
+    return std::isnan(whole) ? heightOverData() : whole;
+  }
+  double slopeAlongS() const { return slope(heights[1] - heights[0], heights[3] - heights[2], t); }
+  double slopeAlongT() const { return slope(heights[2] - heights[0], heights[3] - heights[1], s); }
+
+ private:
+  double heightOverData() const {
     const std::array<double, 4> weights = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
     double sum = 0.0;
     double total = 0.0;
@@ -85,10 +96,6 @@ struct Patch {
     }
     return sum / total;
   }
-  double slopeAlongS() const { return slope(heights[1] - heights[0], heights[3] - heights[2], t); }
-  double slopeAlongT() const { return slope(heights[2] - heights[0], heights[3] - heights[1], s); }
-
- private:
   static double slope(double first, double second, double share) {
     if (std::isnan(first) && std::isnan(second)) return 0.0;
     if (std::isnan(first)) return second;
@@ -153,16 +160,25 @@ struct HeightQuery::State {
     return current;
   }
 
-  geo::Vec3 normal(const geo::Direction& place, const tiling::RootPoint& p, const Patch& patch,
-                   const CachedTile& tile) {
+  tiling::RootPoint besidePole(tiling::RootPoint p, double patches) const {
+    if (tiling.scheme() != tiling::Scheme::geographic) return p;
+    const double margin = std::min(kBesidePole, 0.5 / patches);
+    p.v = std::clamp(p.v, margin, 1.0 - margin);
+    return p;
+  }
+
+  geo::Vec3 normal(const geo::Direction& place, const tiling::RootPoint& point, const CachedTile& tile) const {
     const geo::Ellipsoid& ellipsoid = source->info().body.ellipsoid;
     const double patches = static_cast<double>(std::uint64_t{1} << tile.id.level) * source->info().tileCells;
+    const tiling::RootPoint p = besidePole(point, patches);
+    const Patch patch = patchAt(tile, p);
+    const geo::Vec3 up = tiling.direction(p).n;
     const double height = patch.height();
     const geo::Vec3 alongU =
-        tangent(tiling, ellipsoid, p, &tiling::RootPoint::u, height) + place.n * (patch.slopeAlongS() * patches);
+        tangent(tiling, ellipsoid, p, &tiling::RootPoint::u, height) + up * (patch.slopeAlongS() * patches);
     const geo::Vec3 alongV =
-        tangent(tiling, ellipsoid, p, &tiling::RootPoint::v, height) + place.n * (patch.slopeAlongT() * patches);
-    geo::Vec3 normal = geo::normalize(geo::cross(alongV, alongU));
+        tangent(tiling, ellipsoid, p, &tiling::RootPoint::v, height) + up * (patch.slopeAlongT() * patches);
+    const geo::Vec3 normal = geo::normalize(geo::cross(alongV, alongU));
     const geo::LocalFrame frame = geo::localFrameAt(ellipsoid, geo::geodeticFromDirection(place));
     return {geo::dot(normal, frame.east), geo::dot(normal, frame.north), geo::dot(normal, frame.up)};
   }
@@ -192,9 +208,8 @@ io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& pl
   if (*tile == nullptr) return std::optional<HeightAnswer>{};
   const Patch patch = patchAt(**tile, point);
   if (patch.isNoDataAtNearest()) return std::optional<HeightAnswer>{};
-  return std::optional(HeightAnswer{.height_m = patch.height(),
-                                    .normal_enu = state_->normal(place, point, patch, **tile),
-                                    .level = (*tile)->id.level});
+  return std::optional(HeightAnswer{
+      .height_m = patch.height(), .normal_enu = state_->normal(place, point, **tile), .level = (*tile)->id.level});
 }
 
 }  // namespace tellurion::pyramid

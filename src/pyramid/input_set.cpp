@@ -3,11 +3,6 @@
 #include <algorithm>
 
 namespace tellurion::pyramid {
-namespace {
-
-constexpr std::size_t kMostOpenFiles = 32;
-
-}  // namespace
 
 void InputSet::closeOldest() {
   const auto age = [](const Slot& slot) { return slot.file ? slot.lastUse : UINT64_MAX; };
@@ -20,7 +15,7 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   Slot& slot = files_[static_cast<std::size_t>(input)];
   slot.lastUse = ++uses_;
   if (slot.file) return &*slot.file;
-  if (openFiles_ >= kMostOpenFiles) closeOldest();
+  if (openFiles_ >= mostOpen_) closeOldest();
   const std::string& path = plan_.inputs[static_cast<std::size_t>(input)].path;
   auto opened = raster::RasterFile::open(path, plan_.meta.kind, plan_.rasterOptions);
   if (!opened) return tl::unexpected(opened.error());
@@ -52,6 +47,7 @@ io::Result<void> InputSet::colours(std::span<const int> inputs, std::span<const 
 }
 
 io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id) {
+  if (files_.size() > mostOpen_) return true;
   const auto opened = file(input);
   if (!opened) return tl::unexpected(opened.error());
   return (*opened)->mayTouch(plan_.tiling(), id);

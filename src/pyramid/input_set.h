@@ -12,7 +12,9 @@ namespace tellurion::pyramid {
 /// when many are open. One thread only.
 class InputSet {
  public:
-  explicit InputSet(const BuildPlan& plan) : plan_(plan), files_(plan.inputs.size()) {}
+  /// At most `mostOpen` files are open at a time, at least one.
+  InputSet(const BuildPlan& plan, std::size_t mostOpen)
+      : plan_(plan), files_(plan.inputs.size()), mostOpen_(mostOpen) {}
 
   /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a value depends on the
   /// place alone: neither on the tile that asks nor on its level.
@@ -20,7 +22,8 @@ class InputSet {
   io::Result<void> colours(std::span<const int> inputs, std::span<const geo::Direction> places,
                            std::span<raster::Rgba8> out);
 
-  /// As RasterFile::mayTouch.
+  /// As RasterFile::mayTouch; true without a look where there are more inputs than may be open, for opening each again
+  /// and again would cost more than it spares.
   io::Result<bool> mayTouch(int input, const tiling::TileId& id);
 
  private:
@@ -33,6 +36,7 @@ class InputSet {
 
   const BuildPlan& plan_;
   std::vector<Slot> files_;
+  std::size_t mostOpen_;
   std::size_t openFiles_ = 0;
   std::uint64_t uses_ = 0;
 };

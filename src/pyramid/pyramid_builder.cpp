@@ -107,14 +107,10 @@ io::Result<Opened> openPart(const fs::path& part, const BuildPlan& plan, const s
   return Opened{std::move(*created), false};
 }
 
-/// The last commit: what only the end knows.
-io::Result<void> complete(TileDatabase& database) {
-  const auto deepest = database.connection().integer("SELECT max(id) FROM tiles");
-  if (!deepest) return tl::unexpected(deepest.error());
-  const auto tile = tileOfRowNumber(*deepest);
-  if (!tile) return io::fail(Code::invalidArgument, "no input has any data: nothing to build");
+/// The last commit: what only the end knows. There must be a tile.
+io::Result<void> complete(TileDatabase& database, const tiling::TileId& deepest) {
   DatabaseMeta meta = database.meta();
-  meta.maxLevel = tile->level;
+  meta.maxLevel = deepest.level;
   meta.complete = true;
   if (auto ok = database.begin(); !ok) return ok;
   auto ok = database.writeMeta(meta);
@@ -129,30 +125,40 @@ int jobsFor(const BuildOptions& options) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-io::Result<void> runToTheEnd(const BuildOptions& options, const BuildPlan& plan, TileDatabase& database,
+/// False: the inputs turned out to hold no data at all, and so does the file.
+io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan, TileDatabase& database,
                              const ProgressSink& progress, std::stop_token stop) {
-  if (database.meta().complete) return {};
+  if (database.meta().complete) return true;
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
   BuildRun run(plan, database, jobsFor(options), progress, std::move(stop));
-  if (auto ok = run.run(**position); !ok) return ok;
-  return complete(database);
+  if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());
+  const auto lastRow = database.connection().integer("SELECT max(id) FROM tiles");
+  if (!lastRow) return tl::unexpected(lastRow.error());
+  const auto deepest = tileOfRowNumber(*lastRow);
+  if (!deepest) return false;
+  if (auto ok = complete(database, *deepest); !ok) return tl::unexpected(ok.error());
+  return true;
 }
 
 io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan, const std::string& baseKey,
                               const ProgressSink& progress, std::stop_token stop) {
   const fs::path part = withSuffix(options.output, ".part");
   bool resumed = false;
-  {
+  bool hasData = false;
+  {  // the database is closed before it is renamed
     auto opened = openPart(part, plan, baseKey);
     if (!opened) return tl::unexpected(opened.error());
     resumed = opened->resumed;
-    auto done = runToTheEnd(options, plan, opened->database, progress, std::move(stop));
-    if (!done) {
-      if (done.error().where.empty()) done.error().where = options.output.string();
-      return tl::unexpected(done.error());
-    }
+    const auto ended = runToTheEnd(options, plan, opened->database, progress, std::move(stop));
+    if (!ended) return tl::unexpected(ended.error());
+    hasData = *ended;
+  }
+  if (!hasData) {
+    std::error_code error;
+    fs::remove(part, error);
+    return io::fail(Code::invalidArgument, "no input has any data: nothing to build", options.inputs.back());
   }
   if (auto ok = moved(part, options.output); !ok) return tl::unexpected(ok.error());
   auto report = reportOn(options.output);

@@ -35,10 +35,13 @@ struct TileTask {
 /// Imagery: a quadrant whose child is stored is the child halved in linear light; the rest is sampled from the inputs.
 class TileMaker {
  public:
-  TileMaker(const BuildPlan& plan, const BaseLayer* base) : plan_(plan), base_(base), inputs_(plan) {}
+  TileMaker(const BuildPlan& plan, const BaseLayer* base) : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles) {}
   io::Result<std::optional<TileRecord>> make(const TileTask& task);
 
  private:
+  /// A thread's: each file holds up to 64 MiB of decoded blocks.
+  static constexpr std::size_t kMostOpenFiles = 16;
+
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
   io::Result<std::optional<TileRecord>> makeImagery(const TileTask& task);
   io::Result<void> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,

@@ -27,14 +27,27 @@ bool TileWalk::isBehind(const tiling::TileId& id) const {
   return lastRow <= after_;
 }
 
-io::Result<std::optional<TileWalk::Touch>> TileWalk::touched(const tiling::TileId& id, const Touch& ofParent) {
-  const auto itself = inputs_.mayTouch(ofParent.input, id);
-  if (!itself) return tl::unexpected(itself.error());
-  if (*itself) return std::optional(ofParent);
+std::vector<TileWalk::Bounded> TileWalk::surroundings(const tiling::TileId& id) const {
+  const tiling::Tiling tiling = plan_.tiling();
+  std::vector<Bounded> tiles{{id, tiling.bounds(id)}};
   for (const tiling::Edge edge : tiling::kEdges) {
-    const auto neighbour = inputs_.mayTouch(ofParent.input, plan_.tiling().edgeNeighbour(id, edge).tile);
-    if (!neighbour) return tl::unexpected(neighbour.error());
-    if (*neighbour) return std::optional(Touch{.input = ofParent.input, .inside = false});
+    const tiling::TileId neighbour = tiling.edgeNeighbour(id, edge).tile;
+    tiles.push_back({neighbour, tiling.bounds(neighbour)});
+  }
+  return tiles;
+}
+
+io::Result<bool> TileWalk::mayTouch(int input, const Bounded& tile) {
+  if (!plan_.inputs[static_cast<std::size_t>(input)].bounds.intersects(tile.bounds)) return false;
+  return inputs_.mayTouch(input, tile.id);
+}
+
+io::Result<std::optional<TileWalk::Touch>> TileWalk::touched(const std::vector<Bounded>& tiles, const Touch& ofParent) {
+  for (const Bounded& tile : tiles) {
+    const auto may = mayTouch(ofParent.input, tile);
+    if (!may) return tl::unexpected(may.error());
+    const bool isItself = &tile == &tiles.front();
+    if (*may) return std::optional(Touch{.input = ofParent.input, .inside = isItself && ofParent.inside});
   }
   return std::optional<Touch>{};
 }
@@ -51,8 +64,9 @@ io::Result<bool> TileWalk::isAlive(const Node& node) {
 io::Result<void> TileWalk::push(const tiling::TileId& id, const std::vector<Touch>& ofParent) {
   if (isBehind(id)) return {};
   Node node{.id = id, .touches = {}};
+  const std::vector<Bounded> tiles = surroundings(id);
   for (const Touch& touch : ofParent) {
-    const auto own = touched(id, touch);
+    const auto own = touched(tiles, touch);
     if (!own) return tl::unexpected(own.error());
     if (*own) node.touches.push_back(**own);
   }

@@ -29,6 +29,11 @@ class TileWalk {
     int input;
     bool inside;  ///< the tile itself and all its ancestors are touched; else only an edge neighbour
   };
+  /// A tile and the latitudes and longitudes that hold it.
+  struct Bounded {
+    tiling::TileId id;
+    geo::GeoRect bounds;
+  };
   struct Node {
     tiling::TileId id;
     std::vector<Touch> touches;
@@ -36,7 +41,10 @@ class TileWalk {
   bool isBehind(const tiling::TileId& id) const;
   io::Result<bool> isAlive(const Node& node);
   io::Result<void> push(const tiling::TileId& id, const std::vector<Touch>& ofParent);
-  io::Result<std::optional<Touch>> touched(const tiling::TileId& id, const Touch& ofParent);
+  /// The tile itself, then its edge neighbours.
+  std::vector<Bounded> surroundings(const tiling::TileId& id) const;
+  io::Result<bool> mayTouch(int input, const Bounded& tile);
+  io::Result<std::optional<Touch>> touched(const std::vector<Bounded>& tiles, const Touch& ofParent);
 
   const BuildPlan& plan_;
   InputSet& inputs_;

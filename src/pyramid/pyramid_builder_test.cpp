@@ -1,0 +1,212 @@
+// What a build is from outside: the same bytes on every way, clear words on every failure.
+#include "pyramid/pyramid_builder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "pyramid/build_plan.h"
+#include "pyramid/synthetic_rasters_test.h"
+#include "pyramid/verify.h"
+
+namespace tellurion::pyramid::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using Code = io::Failure::Code;
+
+class PyramidBuilder : public ::testing::Test {
+ protected:
+  BuildOptions options(const std::string& output, std::vector<std::string> inputs) const {
+    BuildOptions options;
+    options.output = folder_ / output;
+    options.inputs = std::move(inputs);
+    return options;
+  }
+  std::string globe(const std::string& name = "globe.tif") const {
+    writeElevation(folder_ / name, degreesGrid(-180, -90, 180, 90, 720, 360),
+                   [](int c, int r) { return std::round(hills(89.75 - 0.5 * r, -179.75 + 0.5 * c)); });
+    return (folder_ / name).string();
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(PyramidBuilder, AnyNumberOfThreadsGivesTheSameBytes) {
+  const std::string input = globe();
+  for (const int jobs : {1, 2, 7}) {
+    BuildOptions build = options("jobs" + std::to_string(jobs) + ".tdb", {input});
+    build.jobs = jobs;
+    ASSERT_TRUE(buildPyramid(build).has_value());
+    EXPECT_EQ(bytesOf(folder_ / "jobs1.tdb"), bytesOf(build.output)) << jobs << " threads";
+  }
+}
+
+TEST_F(PyramidBuilder, GoesOnAfterEveryStopWithTheSameBytes) {
+  const std::string input = globe();
+  const BuildOptions whole = options("whole.tdb", {input});
+  ASSERT_TRUE(buildPyramid(whole).has_value());
+  BuildOptions stopped = options("stopped.tdb", {input});
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  int stops = 0;
+  io::Result<BuildReport> built = io::fail(Code::cancelled, "");
+  for (int run = 0; !built && run < 1000; ++run) {
+    const std::chrono::milliseconds patience(std::uniform_int_distribution<int>(0, 40 + 10 * run)(random));
+    std::stop_source source;
+    const std::jthread impatient([&] {
+      std::this_thread::sleep_for(patience);
+      source.request_stop();
+    });
+    built = buildPyramid(stopped, {}, source.get_token());
+    if (built) break;
+    ++stops;
+    ASSERT_EQ(built.error().code, Code::cancelled) << io::describe(built.error());
+    ASSERT_FALSE(fs::exists(stopped.output));
+  }
+  ASSERT_TRUE(built.has_value());
+  EXPECT_GT(stops, 0);
+  EXPECT_EQ(bytesOf(whole.output), bytesOf(stopped.output));
+  EXPECT_FALSE(fs::exists(folder_ / "stopped.tdb.part"));
+}
+
+TEST_F(PyramidBuilder, AFileLeftBeforeItsFirstCommitIsTakenUp) {
+  const std::string input = globe();
+  const BuildOptions whole = options("whole.tdb", {input});
+  ASSERT_TRUE(buildPyramid(whole).has_value());
+  const BuildOptions blank = options("blank.tdb", {input});
+  writeElevation(folder_ / "x.tif", degreesGrid(0, 0, 1, 1, 2, 2), [](int, int) { return 0; });
+  fs::resize_file(folder_ / "x.tif", 0);
+  fs::rename(folder_ / "x.tif", folder_ / "blank.tdb.part");
+  ASSERT_TRUE(buildPyramid(blank).has_value());
+  EXPECT_EQ(bytesOf(whole.output), bytesOf(blank.output));
+}
+
+TEST_F(PyramidBuilder, FinishedButNotYetRenamedIsOnlyRenamed) {
+  const BuildOptions build = options("out.tdb", {globe()});
+  ASSERT_TRUE(buildPyramid(build).has_value());
+  const std::string bytes = bytesOf(build.output);
+  fs::rename(build.output, folder_ / "out.tdb.part");
+  const auto again = buildPyramid(build);
+  ASSERT_TRUE(again.has_value()) << io::describe(again.error());
+  EXPECT_TRUE(again->resumed);
+  EXPECT_EQ(bytes, bytesOf(build.output));
+}
+
+TEST_F(PyramidBuilder, AgainIsAlreadyComplete) {
+  const BuildOptions build = options("out.tdb", {globe()});
+  const auto first = buildPyramid(build);
+  ASSERT_TRUE(first.has_value());
+  EXPECT_FALSE(first->alreadyComplete);
+  const auto again = buildPyramid(build);
+  ASSERT_TRUE(again.has_value());
+  EXPECT_TRUE(again->alreadyComplete);
+  EXPECT_EQ(again->tiles, first->tiles);
+  EXPECT_EQ(again->maxLevel, 2);
+}
+
+TEST_F(PyramidBuilder, AnotherBuildIsNotOverwritten) {
+  const std::string input = globe();
+  ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
+  BuildOptions other = options("out.tdb", {input});
+  other.maxLevel = 1;
+  const auto refused = buildPyramid(other);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_NE(refused.error().message.find("--append"), std::string::npos);
+  fs::rename(folder_ / "out.tdb", folder_ / "out.tdb.part");
+  const auto left = buildPyramid(other);
+  ASSERT_FALSE(left.has_value());
+  EXPECT_NE(left.error().message.find("start over"), std::string::npos);
+}
+
+TEST_F(PyramidBuilder, AChangedInputIsAnotherBuild) {
+  const std::string input = globe();
+  ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
+  fs::last_write_time(input, fs::last_write_time(input) + std::chrono::seconds(5));
+  EXPECT_FALSE(buildPyramid(options("out.tdb", {input})).has_value());
+}
+
+TEST_F(PyramidBuilder, WhatIsNoDatabaseIsNotOverwritten) {
+  const std::string input = globe();
+  fs::copy_file(input, folder_ / "out.tdb");
+  const std::string before = bytesOf(folder_ / "out.tdb");
+  const auto refused = buildPyramid(options("out.tdb", {input}));
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().code, Code::corrupt);
+  EXPECT_EQ(before, bytesOf(folder_ / "out.tdb"));
+}
+
+TEST_F(PyramidBuilder, NoDataAtAllIsAFailureThatLeavesNothing) {
+  GridSpec spec = degreesGrid(0, 0, 10, 10, 20, 20);
+  spec.nodata = -9999;
+  writeElevation(folder_ / "void.tif", spec, [](int, int) { return -9999; });
+  const auto built = buildPyramid(options("out.tdb", {(folder_ / "void.tif").string()}));
+  ASSERT_FALSE(built.has_value());
+  EXPECT_NE(built.error().message.find("no input has any data"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "out.tdb"));
+  EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
+}
+
+TEST_F(PyramidBuilder, AMissingInputIsNamed) {
+  const auto built = buildPyramid(options("out.tdb", {(folder_ / "nowhere.tif").string()}));
+  ASSERT_FALSE(built.has_value());
+  EXPECT_NE(io::describe(built.error()).find("nowhere.tif"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
+}
+
+TEST_F(PyramidBuilder, AMissingFolderIsNamed) {
+  const auto built = buildPyramid(options("no/such/folder/out.tdb", {globe()}));
+  ASSERT_FALSE(built.has_value());
+  EXPECT_NE(io::describe(built.error()).find("no/such/folder"), std::string::npos);
+}
+
+TEST_F(PyramidBuilder, BodiesMustAgree) {
+  GridSpec mars = degreesGrid(0, 0, 10, 10, 20, 20);
+  mars.reference = "+proj=longlat +R=3396190 +no_defs";
+  writeElevation(folder_ / "mars.tif", mars, [](int, int) { return 1; });
+  const std::string path = (folder_ / "mars.tif").string();
+  EXPECT_FALSE(buildPyramid(options("both.tdb", {globe(), path})).has_value());
+  const auto reader = builtPyramid(options("mars.tdb", {path}));
+  ASSERT_NE(reader, nullptr);
+  EXPECT_EQ(reader->info().body, geo::mars());
+}
+
+TEST_F(PyramidBuilder, ManyInputsAreOpenedInTurns) {
+  std::vector<std::string> inputs;
+  for (int i = 0; i < 40; ++i) {
+    const fs::path path = folder_ / ("strip" + std::to_string(i) + ".tif");
+    writeElevation(path, degreesGrid(-40 + 2 * i, -3, -38 + 2 * i, 3, 8, 24), [i](int, int) { return 10 * i; });
+    inputs.push_back(path.string());
+  }
+  const auto reader = builtPyramid(options("out.tdb", inputs));
+  ASSERT_NE(reader, nullptr);
+  const auto summary = reader->summary();
+  ASSERT_TRUE(summary.has_value());
+  EXPECT_EQ(summary->sources, inputs);
+  EXPECT_NEAR(reader->info().bounds.width.degrees(), 80.0, 1e-9);
+}
+
+TEST(BuildPlan, DepthIsTheFirstLevelAsFineAsTheInput) {
+  const tiling::Tiling tiling(tiling::Scheme::geographic);
+  const geo::Angle spacing = tiling.metrics(4).largestEdge / 64;
+  EXPECT_EQ(depthForSpacing(tiling, 64, spacing), 4);
+  EXPECT_EQ(depthForSpacing(tiling, 64, spacing / 1.005), 4);
+  EXPECT_EQ(depthForSpacing(tiling, 64, spacing / 1.02), 5);
+  EXPECT_EQ(depthForSpacing(tiling, 64, spacing * 1.5), 4);
+  EXPECT_EQ(depthForSpacing(tiling, 64, spacing * 2.0), 3);
+  EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::degrees(1000)), 0);
+  EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
+}
+
+TEST(BuildPlan, HeightStepIsAPowerOfTwo) {
+  EXPECT_EQ(heightStepFor(1.0), 1.0 / 16);
+  EXPECT_EQ(heightStepFor(0.5), 1.0 / 32);
+  EXPECT_EQ(heightStepFor(0.3048), 1.0 / 64);
+  EXPECT_EQ(heightStepFor(0.0), 0.0);
+  EXPECT_EQ(heightStepFor(std::nan("")), 0.0);
+}
+
+}  // namespace
+}  // namespace tellurion::pyramid::testing
