@@ -40,6 +40,7 @@ io::Result<std::vector<std::byte>> write(const Raster<Rgba8>& image, png_uint_32
   png.image.width = static_cast<png_uint_32>(image.width);
   png.image.height = static_cast<png_uint_32>(image.height);
   png.image.format = format;
+  png.image.flags = PNG_IMAGE_FLAG_FAST;  // A quarter of the time for a fifth more bytes.
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png.image);
   std::vector<std::byte> bytes(size);
   if (png_image_write_to_memory(&png.image, bytes.data(), &size, 0, pixels, 0, nullptr) == 0) {
