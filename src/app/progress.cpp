@@ -65,6 +65,17 @@ void ProgressLine::clear() {
   shown_ = 0;
 }
 
+void BuildLines::operator()(std::string_view what, double share) {
+  constexpr std::uint64_t kWhole = 100;
+  if (!line_ || what != what_) {
+    line_.reset();
+    what_ = what;
+    line_.emplace(what_);
+  }
+  line_->show(static_cast<std::uint64_t>(share * kWhole), kWhole, "parts");
+  if (share >= 1.0) line_.reset();
+}
+
 InterruptStop::InterruptStop() {
   interrupted = 0;
   std::signal(SIGINT, onInterrupt);

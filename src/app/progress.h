@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -28,6 +29,16 @@ class ProgressLine {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point last_;
   std::size_t shown_ = 0;  ///< characters on the line
+};
+
+/// Rasters of a scene being built into databases (scene::BuildSink): a line for each, one at a time.
+class BuildLines {
+ public:
+  void operator()(std::string_view what, double share);
+
+ private:
+  std::string what_;
+  std::optional<ProgressLine> line_;
 };
 
 /// "45 s", "3 min", "2 h 10 min".

@@ -1,0 +1,129 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/frame_figures.h"
+#include "app/progress.h"
+#include "app/studio.h"
+#include "app/subcommands.h"
+#include "scene/camera_path.h"
+
+namespace tellurion::app {
+namespace {
+
+constexpr std::array kPercentiles{50.0, 90.0, 95.0, 99.0, 100.0};
+
+struct Arguments {
+  PictureArguments picture;
+  std::string path;
+  std::string stats;
+  bool json = false;
+};
+
+/// The smallest value that is not under `percent` of all (nearest rank); `sorted` is not empty.
+double percentile(const std::vector<double>& sorted, double percent) {
+  const auto rank = static_cast<std::size_t>(std::ceil(percent / 100.0 * static_cast<double>(sorted.size())));
+  return sorted[std::max<std::size_t>(rank, 1) - 1];
+}
+
+/// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins.
+std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, const PictureArguments& picture,
+                               const std::stop_token& stop) {
+  using Clock = std::chrono::steady_clock;
+  std::vector<FrameFigures> frames;
+  ProgressLine line("playing");
+  const auto start = Clock::now();
+  for (scene::CameraPath::Seconds now{}; now <= path.duration() && !stop.stop_requested(); now = Clock::now() - start) {
+    const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
+                                           picture.verticalFov(), picture.viewport());
+    frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, picture.cut())));
+    frames.back().time_s = now.count();
+    line.show(static_cast<std::uint64_t>(now.count() * 1000),
+              static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");
+  }
+  return frames;
+}
+
+std::vector<double> sortedMilliseconds(const std::vector<FrameFigures>& frames, double (*of)(const FrameFigures&)) {
+  std::vector<double> all;
+  for (const FrameFigures& frame : frames)
+    all.push_back(of(frame));
+  std::ranges::sort(all);
+  return all;
+}
+
+nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames) {
+  const std::vector<double> frame_ms = sortedMilliseconds(frames, [](const FrameFigures& f) { return f.frame_ms; });
+  const std::vector<double> update_ms =
+      sortedMilliseconds(frames, [](const FrameFigures& f) { return f.scene.update_ms; });
+  const auto most = [&](auto of) { return of(*std::ranges::max_element(frames, {}, of)); };
+  nlohmann::ordered_json summary{{"frames", frames.size()}};
+  for (const double percent : kPercentiles)
+    summary[percent == 100.0 ? "frame_ms_max" : fmt::format("frame_ms_p{:.0f}", percent)] =
+        percentile(frame_ms, percent);
+  for (const double percent : kPercentiles)
+    summary[percent == 100.0 ? "update_ms_max" : fmt::format("update_ms_p{:.0f}", percent)] =
+        percentile(update_ms, percent);
+  summary["frames_complete"] = std::ranges::count(frames, true, &FrameFigures::complete);
+  summary["triangles_max"] = most([](const FrameFigures& f) { return f.render.triangles; });
+  summary["tiles_drawn_max"] = most([](const FrameFigures& f) { return f.render.tilesDrawn; });
+  summary["draw_calls_max"] = most([](const FrameFigures& f) { return f.render.drawCalls; });
+  summary["tiles_wanted_max"] = most([](const FrameFigures& f) { return f.scene.tilesWanted; });
+  summary["gpu_bytes_max"] = most([](const FrameFigures& f) { return f.render.gpuBytes; });
+  summary["cpu_cache_bytes_max"] = most([](const FrameFigures& f) { return f.scene.cpuCacheBytes; });
+  summary["requests"] = frames.back().scene.requests;
+  summary["failed_requests"] = frames.back().scene.failedRequests;
+  return summary;
+}
+
+void print(const nlohmann::ordered_json& summary, bool json) {
+  if (json) {
+    fmt::print("{}\n", summary.dump(2));
+    return;
+  }
+  for (const auto& [name, value] : summary.items())
+    fmt::print("{:22} {}\n", name, value.is_number_float() ? fmt::format("{:.2f}", value.get<double>()) : value.dump());
+}
+
+io::Result<void> bench(const Arguments& arguments) {
+  const auto path = scene::readCameraPath(arguments.path);
+  if (!path) return tl::unexpected(path.error());
+  auto studio = openStudio(arguments.picture);
+  if (!studio) return tl::unexpected(studio.error());
+  const InterruptStop interrupt;
+  const std::vector<FrameFigures> frames = play(*studio, *path, arguments.picture, interrupt.token());
+  if (!arguments.stats.empty()) {
+    std::string text = csvHeader();
+    for (const FrameFigures& frame : frames)
+      text += csvLine(frame);
+    if (const auto written = writeTextFile(arguments.stats, text); !written) return written;
+  }
+  print(summaryOf(frames), arguments.json);
+  for (const io::Failure& failure : studio->globe->failures())
+    fmt::print(stderr, "warning: {}\n", io::describe(failure));
+  return {};
+}
+
+}  // namespace
+
+void addBench(CLI::App& program) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand("bench", "Play a camera path in real time and measure the frames");
+  addPictureArguments(*command, arguments->picture);
+  command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
+      ->required()
+      ->check(CLI::ExistingFile);
+  command->add_option("--stats", arguments->stats, "A CSV file with a row of figures for each frame to write");
+  command->add_flag("--json", arguments->json, "Print the summary as JSON");
+  command->footer(
+      "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n\n"
+      "Example:\n  tellurion bench data/earth.toml --path data/everest_flight.csv --size 1024x768 --stats frames.csv");
+  command->callback([arguments] {
+    if (const auto done = bench(*arguments); !done) failRun("bench", io::describe(done.error()));
+  });
+}
+
+}  // namespace tellurion::app

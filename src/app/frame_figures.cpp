@@ -1,0 +1,94 @@
+#include "app/frame_figures.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace tellurion::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The names are the command line's contract.
+Json fieldsOf(const FrameFigures& f) {
+  return {{"frame_ms", f.frame_ms},
+          {"update_ms", f.scene.update_ms},
+          {"upload_ms", f.render.upload_ms},
+          {"tiles_drawn", f.render.tilesDrawn},
+          {"triangles", f.render.triangles},
+          {"draw_calls", f.render.drawCalls},
+          {"max_screen_error_px", f.scene.maxScreenError_px},
+          {"complete", f.complete},
+          {"tiles_wanted", f.scene.tilesWanted},
+          {"tiles_visited", f.scene.tilesVisited},
+          {"tiles_culled_frustum", f.scene.tilesCulledFrustum},
+          {"tiles_culled_horizon", f.scene.tilesCulledHorizon},
+          {"gpu_bytes", f.render.gpuBytes},
+          {"cpu_cache_bytes", f.scene.cpuCacheBytes},
+          {"requests", f.scene.requests},
+          {"failed_requests", f.scene.failedRequests}};
+}
+
+}  // namespace
+
+FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget& target, const scene::Frame& frame) {
+  const auto start = std::chrono::steady_clock::now();
+  const render::RenderStatistics drawn = renderer.draw(frame, target);
+  render::finish();
+  const std::chrono::duration<double, std::milli> drawing = std::chrono::steady_clock::now() - start;
+  return {.frame_ms = frame.statistics.update_ms + drawing.count(),
+          .scene = frame.statistics,
+          .render = drawn,
+          .complete = frame.complete};
+}
+
+std::string jsonOf(const FrameFigures& figures) {
+  Json json = fieldsOf(figures);
+  json["tiles_a_level"] = figures.scene.tilesALevel;
+  return json.dump(2) + "\n";
+}
+
+std::string csvHeader() {
+  std::string line = "time_s";
+  const Json fields = fieldsOf({});
+  for (const auto& field : fields.items())
+    line += "," + field.key();
+  for (std::size_t level = 0; level < FrameFigures{}.scene.tilesALevel.size(); ++level)
+    line += fmt::format(",level_{}", level);
+  return line + "\n";
+}
+
+std::string csvLine(const FrameFigures& figures) {
+  std::string line = fmt::format("{:.4f}", figures.time_s);
+  const Json fields = fieldsOf(figures);
+  for (const auto& field : fields.items())
+    line += "," + field.value().dump();
+  for (const int tiles : figures.scene.tilesALevel)
+    line += fmt::format(",{}", tiles);
+  return line + "\n";
+}
+
+io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text) {
+  const std::filesystem::path part = path.string() + ".part";
+  {
+    std::ofstream file(part, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) {
+      const std::string reason = std::strerror(errno);
+      std::error_code ignored;
+      std::filesystem::remove(part, ignored);
+      return io::fail(io::Failure::Code::ioError, "cannot be written: " + reason, path.string());
+    }
+  }
+  std::error_code error;
+  std::filesystem::rename(part, path, error);
+  if (error) return io::fail(io::Failure::Code::ioError, "cannot be written: " + error.message(), path.string());
+  return {};
+}
+
+}  // namespace tellurion::app

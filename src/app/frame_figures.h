@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "io/failure.h"
+#include "render/renderer.h"
+#include "scene/frame.h"
+
+namespace tellurion::app {
+
+/// What `--stats` tells of one frame.
+struct FrameFigures {
+  double time_s = 0.0;    ///< since the path began; 0 for a single picture
+  double frame_ms = 0.0;  ///< update and drawing, until the picture is done
+  scene::FrameStatistics scene;
+  render::RenderStatistics render;
+  bool complete = false;
+};
+
+/// Updates are timed by the globe, drawing here; the GPU has finished when this returns.
+FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget& target, const scene::Frame& frame);
+
+std::string jsonOf(const FrameFigures& figures);
+std::string csvHeader();
+std::string csvLine(const FrameFigures& figures);
+
+/// Through a temporary file beside it: whole or not at all.
+io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text);
+
+}  // namespace tellurion::app

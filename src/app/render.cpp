@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "app/frame_figures.h"
+#include "app/studio.h"
+#include "app/subcommands.h"
+#include "raster/image_file.h"
+
+namespace tellurion::app {
+namespace {
+
+struct Arguments {
+  PictureArguments picture;
+  std::string camera;
+  std::string output;
+  std::string depth;
+  std::string stats;
+  double timeout_s = 120.0;
+};
+
+scene::View viewFor(const Arguments& arguments, const geo::Ellipsoid& ellipsoid) {
+  return scene::viewOf(*scene::parseCamera(arguments.camera), ellipsoid, arguments.picture.verticalFov(),
+                       arguments.picture.viewport());
+}
+
+io::Result<void> writeDepth(const Arguments& arguments, const Studio& studio, const scene::View& view) {
+  if (arguments.depth.empty()) return {};
+  return raster::writeTiffFloat(arguments.depth, render::readDistance(studio.target, view));
+}
+
+/// The drawing that copies meshes and textures to the GPU says little of a frame's cost: with --stats it is drawn
+/// again.
+io::Result<void> writeStats(const Arguments& arguments, Studio& studio, const scene::Frame& frame) {
+  if (arguments.stats.empty()) return {};
+  return writeTextFile(arguments.stats, jsonOf(drawMeasured(studio.renderer, studio.target, frame)));
+}
+
+io::Result<std::vector<std::string>> render(const Arguments& arguments) {
+  auto studio = openStudio(arguments.picture);
+  if (!studio) return tl::unexpected(studio.error());
+  scene::Globe& globe = *studio->globe;
+  const scene::View view = viewFor(arguments, globe.body().ellipsoid);
+  const scene::Frame& frame =
+      settledFrame(globe, view, arguments.picture.cut(), std::chrono::duration<double>(arguments.timeout_s));
+  studio->renderer.draw(frame, studio->target);
+  if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());
+  if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());
+  if (const auto written = raster::writePng(arguments.output, render::readColour(studio->target)); !written)
+    return tl::unexpected(written.error());
+  return shortcomings(globe, frame);
+}
+
+}  // namespace
+
+void addRender(CLI::App& program) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = program.add_subcommand("render", "Render one complete picture, without a display");
+  addPictureArguments(*command, arguments->picture);
+  command
+      ->add_option(
+          "--camera", arguments->camera,
+          "LAT,LON,HEIGHT,HEADING,PITCH,ROLL: degrees, and metres above the ellipsoid; heading clockwise from north, "
+          "pitch 0 at the horizon and -90 straight down")
+      ->required()
+      ->check(cameraProblem);
+  command->add_option("-o,--output", arguments->output, "The PNG to write")->required();
+  command->add_option("--depth", arguments->depth,
+                      "A float32 TIFF of metres from the eye to the surface, NaN for sky, to write too");
+  command->add_option("--stats", arguments->stats, "A JSON file of figures to write too");
+  command->add_option("--timeout", arguments->timeout_s, "Seconds to wait for all that the view needs")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->footer(
+      "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n\n"
+      "Example: Everest from the south\n"
+      "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png");
+  command->callback([arguments] {
+    const auto lacking = render(*arguments);
+    if (!lacking) failRun("render", io::describe(lacking.error()));
+    if (lacking->empty()) return;
+    std::string message = arguments->output + " is written, but not all of it is there";
+    for (const std::string& line : *lacking)
+      message += "\n  " + line;
+    failRun("render", message);
+  });
+}
+
+}  // namespace tellurion::app

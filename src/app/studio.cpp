@@ -1,0 +1,126 @@
+#include "app/studio.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <optional>
+
+#include "app/progress.h"
+
+namespace tellurion::app {
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kLargestSide = 16384;
+constexpr std::size_t kFailuresTold = 5;
+
+std::optional<scene::Viewport> sizeFrom(const std::string& text) {
+  scene::Viewport size;
+  const char* end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
+  const auto height = std::from_chars(width.ptr + 1, end, size.height);
+  if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
+  const auto fine = [](int side) { return side >= 1 && side <= kLargestSide; };
+  return fine(size.width) && fine(size.height) ? std::optional(size) : std::nullopt;
+}
+
+std::string sizeProblem(const std::string& text) {
+  return sizeFrom(text)
+             ? ""
+             : fmt::format("'{}' is not WIDTHxHEIGHT in pixels, like 1024x768, each 1 to {}", text, kLargestSide);
+}
+
+std::optional<std::array<float, 3>> colourFrom(const std::string& text) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (text.size() != 6 || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  const auto channel = [value](unsigned int shift) { return static_cast<float>(value >> shift & 0xFFu) / 255.0f; };
+  return std::array{channel(16), channel(8), channel(0)};
+}
+
+std::string colourProblem(const std::string& text) {
+  return colourFrom(text) ? "" : fmt::format("'{}' is not a colour RRGGBB in hexadecimal, like 101820", text);
+}
+
+}  // namespace
+
+scene::Viewport PictureArguments::viewport() const {
+  return sizeFrom(size).value_or(scene::Viewport{});
+}
+
+void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
+  command.add_option("SCENE", arguments.scene, "A scene file, a tile database, a raster, or several joined by commas")
+      ->required();
+  command.add_option("--size", arguments.size, "WIDTHxHEIGHT of the picture in pixels")
+      ->check(sizeProblem)
+      ->capture_default_str();
+  command.add_option("--fov", arguments.fov_degrees, "Vertical field of view in degrees")
+      ->check(CLI::Range(0.001, 170.0))
+      ->capture_default_str();
+  command.add_option("--tolerance", arguments.tolerance_px, "Geometric error on screen that is fine, in pixels")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->capture_default_str();
+  command.add_option("--background", arguments.background, "Colour of the sky, RRGGBB; else what the scene says")
+      ->check(colourProblem);
+}
+
+std::string cameraProblem(const std::string& text) {
+  const auto parsed = scene::parseCamera(text);
+  return parsed ? "" : io::describe(parsed.error());
+}
+
+io::Result<Studio> openStudio(const PictureArguments& arguments) {
+  const auto scene = scene::openScene(arguments.scene);
+  if (!scene) return tl::unexpected(scene.error());
+  BuildLines lines;
+  auto globe = scene::Globe::open(*scene, {}, std::ref(lines));
+  if (!globe) return tl::unexpected(globe.error());
+  if (!arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
+  auto context = render::HeadlessContext::create();
+  if (!context) return tl::unexpected(context.error());
+  auto renderer = render::Renderer::create();
+  if (!renderer) return tl::unexpected(renderer.error());
+  auto target = render::RenderTarget::create(arguments.viewport());
+  if (!target) return tl::unexpected(target.error());
+  return Studio{std::move(*globe), std::move(*context), std::move(*renderer), std::move(*target)};
+}
+
+const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
+                                 std::chrono::duration<double> timeout, const std::stop_token& stop) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kNap{250};
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(timeout);
+  for (;;) {
+    const scene::Frame& frame = globe.update(view, cut);
+    const auto before = Clock::now();
+    if (frame.complete || before >= end || stop.stop_requested()) return frame;
+    const auto nap = std::min(kNap, std::chrono::ceil<std::chrono::milliseconds>(end - before));
+    const bool arrived = globe.waitForArrivals(nap);
+    if (!arrived && Clock::now() < before + nap) return globe.update(view, cut);  // nothing is on its way
+  }
+}
+
+std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame) {
+  std::vector<std::string> lines;
+  if (!frame.complete)
+    lines.push_back(
+        fmt::format("{} finer tiles had not arrived in time; raise --timeout", frame.statistics.tilesWanted));
+  const auto& failures = globe.failures();
+  for (const io::Failure& failure : failures) {
+    if (lines.size() >= kFailuresTold) break;
+    lines.push_back(io::describe(failure));
+  }
+  if (failures.size() > lines.size())
+    lines.push_back(fmt::format("and {} more failures", failures.size() - lines.size()));
+  return lines;
+}
+
+void failRun(const char* command, const std::string& message) {
+  fmt::print(stderr, "tellurion {}: {}\n", command, message);
+  throw CLI::RuntimeError(kFailed);
+}
+
+}  // namespace tellurion::app

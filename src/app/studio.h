@@ -1,0 +1,57 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "render/context.h"
+#include "render/renderer.h"
+#include "scene/globe.h"
+
+namespace tellurion::app {
+
+/// What every subcommand that makes pictures takes.
+struct PictureArguments {
+  std::string scene;
+  std::string size = "1024x768";
+  double fov_degrees = 45.0;
+  double tolerance_px = 1.0;
+  std::string background;  ///< RRGGBB; empty: what the scene says
+
+  scene::CutOptions cut() const { return {.tolerance_px = tolerance_px}; }
+  scene::Viewport viewport() const;
+  geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
+};
+
+/// SCENE, --size, --fov, --tolerance and --background, checked as they are read: what is wrong is wrong use.
+void addPictureArguments(CLI::App& command, PictureArguments& arguments);
+
+/// A check for an option that holds a camera.
+std::string cameraProblem(const std::string& text);
+
+/// A globe and all that draws it without a window. Members end in the right order: the context last.
+struct Studio {
+  std::unique_ptr<scene::Globe> globe;
+  render::HeadlessContext context;
+  render::Renderer renderer;
+  render::RenderTarget target;
+};
+
+/// Opens the scene; rasters in it are built first, with progress on the terminal.
+io::Result<Studio> openStudio(const PictureArguments& arguments);
+
+/// Updates the globe until nothing finer is wanted for the view, the time is over, nothing is on its way any more, or a
+/// stop is asked for. The frame says whether it is complete.
+const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
+                                 std::chrono::duration<double> timeout, const std::stop_token& stop = {});
+
+/// What keeps a frame from being what was asked for, a line each; empty when it is.
+std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
+
+/// Prints "tellurion COMMAND: MESSAGE" and ends the subcommand with status 1.
+[[noreturn]] void failRun(const char* command, const std::string& message);
+
+}  // namespace tellurion::app
