@@ -21,7 +21,8 @@ using tiling::TileId;
 /// Half the step of the numerical derivative of a place, as a share of a root's side: some 100 m on Earth, where both
 /// the curvature's error and cancellation are below 1e-9.
 constexpr double kHalfStep = 1e-5;
-/// The geographic tiling's u has no direction at a pole: there the normal is taken this far (or half a cell) beside it.
+/// The geographic tiling's u has no direction at a pole: there the normal is taken this far (or half a cell) beside it,
+/// on the same meridian, in the frame of that place.
 constexpr double kBesidePole = 1e-4;
 
 struct CachedTile {
@@ -126,7 +127,9 @@ geo::Vec3 tangent(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
   after.*axis = std::min(1.0, p.*axis + kHalfStep);
   const geo::BodyPosition a = ellipsoid.bodyFromDirection(tiling.direction(before), height_m);
   const geo::BodyPosition b = ellipsoid.bodyFromDirection(tiling.direction(after), height_m);
-  return (b - a) / (after.*axis - before.*axis);
+  const geo::Vec3 along = (b - a) / (after.*axis - before.*axis);
+  const geo::Vec3 up = tiling.direction(p).n;
+  return along - up * geo::dot(along, up);  // level, also where the step is one-sided
 }
 
 }  // namespace
@@ -167,7 +170,7 @@ struct HeightQuery::State {
     return p;
   }
 
-  geo::Vec3 normal(const geo::Direction& place, const tiling::RootPoint& point, const CachedTile& tile) const {
+  geo::Vec3 normal(const tiling::RootPoint& point, const CachedTile& tile) const {
     const geo::Ellipsoid& ellipsoid = source->info().body.ellipsoid;
     const double patches = static_cast<double>(std::uint64_t{1} << tile.id.level) * source->info().tileCells;
     const tiling::RootPoint p = besidePole(point, patches);
@@ -179,7 +182,7 @@ struct HeightQuery::State {
     const geo::Vec3 alongV =
         tangent(tiling, ellipsoid, p, &tiling::RootPoint::v, height) + up * (patch.slopeAlongT() * patches);
     const geo::Vec3 normal = geo::normalize(geo::cross(alongV, alongU));
-    const geo::LocalFrame frame = geo::localFrameAt(ellipsoid, geo::geodeticFromDirection(place));
+    const geo::LocalFrame frame = geo::localFrameAt(ellipsoid, geo::geodeticFromDirection({up}));
     return {geo::dot(normal, frame.east), geo::dot(normal, frame.north), geo::dot(normal, frame.up)};
   }
 };
@@ -209,7 +212,7 @@ io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& pl
   const Patch patch = patchAt(**tile, point);
   if (patch.isNoDataAtNearest()) return std::optional<HeightAnswer>{};
   return std::optional(HeightAnswer{
-      .height_m = patch.height(), .normal_enu = state_->normal(place, point, **tile), .level = (*tile)->id.level});
+      .height_m = patch.height(), .normal_enu = state_->normal(point, **tile), .level = (*tile)->id.level});
 }
 
 }  // namespace tellurion::pyramid
