@@ -270,8 +270,6 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
     ++s.tilesALevel[tile.id.level];
     record(tile.id).lastUse = updates;
   }
-  for (const tiling::TileId& id : selection.inner)
-    record(id).lastUse = updates;
   s.cpuCacheBytes = contentBytes;
   for (const auto& layer : layers)
     s.cpuCacheBytes += layer->bytes();

@@ -52,7 +52,7 @@ Planet planetOf(Scheme scheme, GlobeOptions options = {}, int depth = 6) {
 }
 
 const Frame& loaded(Globe& globe, const View& view, const CutOptions& options = {}) {
-  const auto end = std::chrono::steady_clock::now() + 120s;
+  const auto end = std::chrono::steady_clock::now() + 30s;
   while (std::chrono::steady_clock::now() < end) {
     const Frame& frame = globe.update(view, options);
     if (frame.complete) return frame;
