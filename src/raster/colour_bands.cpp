@@ -146,8 +146,9 @@ io::Result<std::vector<double>> ColourBands::sparseSample() {
       if (auto done = readValues(*level.bands[b], window, values_.data(), path_); !done) {
         return tl::unexpected(std::move(done.error()));
       }
-      for (std::size_t k = 0; k < static_cast<std::size_t>(width * height); ++k) {
-        const double v = values_[k / static_cast<std::size_t>(width) * kSide + k % static_cast<std::size_t>(width)];
+      const auto columns = static_cast<std::size_t>(width);
+      for (std::size_t k = 0; k < columns * static_cast<std::size_t>(height); ++k) {
+        const double v = values_[k / columns * kSide + k % columns];
         if (std::isfinite(v) && (nodata_.empty() || !nodata_[b].matches(v))) sample.push_back(v);
       }
     }

@@ -39,7 +39,9 @@ struct Lattice {
       lat[i] = std::clamp(lat[i], -90.0, 90.0);
     }
   }
-  std::size_t index(int col, int row) const { return static_cast<std::size_t>(row * side + col); }
+  std::size_t index(int col, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(side) + static_cast<std::size_t>(col);
+  }
   geo::Direction direction(int col, int row) const {
     return geo::directionFromDegrees(lat[index(col, row)], lon[index(col, row)]);
   }

@@ -123,8 +123,10 @@ std::optional<geo::GeoRect> roughArea(const Projection& projection, const Extent
   std::array<double, kSide * kSide> x{};
   std::array<double, kSide * kSide> y{};
   for (std::size_t i = 0; i < x.size(); ++i) {
-    x[i] = e.minX + (e.maxX - e.minX) * static_cast<double>(i % kSide) / (kSide - 1);
-    y[i] = e.minY + (e.maxY - e.minY) * static_cast<double>(i / kSide) / (kSide - 1);
+    const std::size_t col = i % kSide;
+    const std::size_t row = i / kSide;
+    x[i] = e.minX + (e.maxX - e.minX) * static_cast<double>(col) / (kSide - 1);
+    y[i] = e.minY + (e.maxY - e.minY) * static_cast<double>(row) / (kSide - 1);
   }
   projection.inverse(x, y);
   std::optional<geo::GeoRect> area;

@@ -131,7 +131,7 @@ struct Compressor {
     jpeg_start_compress(&codec, TRUE);
     while (codec.next_scanline < codec.image_height) {
       // libjpeg does not write to its input, its type only lacks the const.
-      JSAMPROW row = const_cast<JSAMPROW>(pixels + std::size_t{codec.next_scanline} * codec.image_width * 4);
+      auto* row = const_cast<JSAMPROW>(pixels + std::size_t{codec.next_scanline} * codec.image_width * 4);
       jpeg_write_scanlines(&codec, &row, 1);
     }
     jpeg_finish_compress(&codec);

@@ -8,6 +8,9 @@
 namespace tellurion::raster {
 namespace {
 
+/// Half of a square, less the rounding of places on the very edge of the data.
+constexpr double kHalf = 0.5 - 1e-6;
+
 /// Written so that NaN is outside.
 bool isInside(const GridTopology& grid, double col, double row) {
   return col >= 0.0 && col <= grid.width && row >= 0.0 && row <= grid.height;
@@ -56,16 +59,18 @@ struct Light {
   }
   /// `whole`: the weight that full coverage would have had.
   Rgba8 colour(double whole) const {
-    const auto byte = [this](double sum) { return srgbFromLinear(static_cast<std::uint16_t>(sum / coverage + 0.5)); };
-    const auto alpha = static_cast<std::uint8_t>(std::min(coverage / whole + 0.5, 255.0));
+    const auto byte = [this](double sum) {
+      return srgbFromLinear(static_cast<std::uint16_t>(std::lround(sum / coverage)));
+    };
+    const auto alpha = static_cast<std::uint8_t>(std::lround(std::min(coverage / whole, 255.0)));
     return {byte(r), byte(g), byte(b), alpha};
   }
 };
 
-/// Weights as 16-bit fractions that add up to 65536.
+/// Weights that add up to 65536, of a place rounded to 1/256 pixel.
 std::array<std::uint32_t, 4> wholeWeights(double s, double t) {
-  const auto right = static_cast<std::uint32_t>(s * 256.0 + 0.5);
-  const auto lower = static_cast<std::uint32_t>(t * 256.0 + 0.5);
+  const auto right = static_cast<std::uint32_t>(std::lround(s * 256.0));
+  const auto lower = static_cast<std::uint32_t>(std::lround(t * 256.0));
   return {(256 - right) * (256 - lower), right * (256 - lower), (256 - right) * lower, right * lower};
 }
 
@@ -127,7 +132,7 @@ bool meanHeights(PixelStore<float>& store, const PixelPlaces& places, std::span<
       known += area;
     });
     if (!whole) return false;
-    if (known > 0.0 && known >= 0.5 * *whole) out[i] = static_cast<float>(sum / known);
+    if (known > 0.0 && known >= kHalf * *whole) out[i] = static_cast<float>(sum / known);
   }
   return true;
 }
