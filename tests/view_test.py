@@ -114,6 +114,16 @@ class Viewer:
             fields = stat.read().rsplit(")", 1)[1].split()
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
+    def complete(self):
+        """Whether all that the view needs is there. The answer may be a frame old."""
+        self.alive()
+        return "(loading)" not in self.xdotool("getwindowname", self.window)
+
+    def wait_until_complete(self):
+        self.camera()
+        time.sleep(0.3)
+        wait_for("all data", self.complete, 120.0)
+
     def idle(self):
         before = self.cpu_seconds()
         time.sleep(1.0)
@@ -177,7 +187,8 @@ def make_scene(program, source, folder):
 
 def test_picture(viewer):
     """Once everything is there the picture shows a lit, textured globe on dark sky."""
-    wait_for("all data", viewer.idle)
+    viewer.wait_until_complete()
+    wait_for("a program that sleeps when nothing happens", viewer.idle)
     width, height, pixels = picture(viewer.screenshot())
     assert (width, height) == SIZE
     lit = sum(1 for p in pixels if max(p) > 24) / len(pixels)
@@ -256,21 +267,38 @@ def test_reset_and_north(viewer, start):
 
 def test_terrain_is_never_entered(viewer, program):
     viewer.wheel(60, (320, 250))
-    wait_for("all data", viewer.idle)
+    viewer.wait_until_complete()
     viewer.wheel(60, (320, 250))
-    wait_for("all data", viewer.idle)
+    viewer.wait_until_complete()
     lat, lon, height, *_ = viewer.camera()
-    query = subprocess.run([program, "query", os.path.join(viewer.folder, "e.tdb")], input=f"{lat} {lon}\n",
-                           capture_output=True, text=True, check=True)
-    ground = float(query.stdout.split()[0])
+    ground = height_of_ground(program, viewer.folder, lat, lon)
     assert 1.9 < height - ground < 500, f"{height - ground} m above ground"
     viewer.key("Home")
+
+
+def height_of_ground(program, folder, lat, lon):
+    query = subprocess.run([program, "query", os.path.join(folder, "e.tdb")], input=f"{lat} {lon}\n",
+                           capture_output=True, text=True, check=True)
+    return float(query.stdout.split()[0])
+
+
+def test_low_start(program, display, folder, scene):
+    """Coarse ground that lies over the eye lifts it while data load; in the end it is where it was asked to be."""
+    lat, lon = 26.9, 87.1  # at the foot of the Himalaya
+    wished = [lat, lon, height_of_ground(program, folder, lat, lon) + 20.0, 10.0, -5.0, 0.0]
+    viewer = Viewer(program, display, folder, scene, ",".join(map(str, wished)))
+    try:
+        viewer.wait_until_complete()
+        for value, expected in zip(viewer.camera(), wished):
+            check_near("camera", value, expected, 1e-3)
+    finally:
+        viewer.end()
 
 
 def test_resize(viewer):
     viewer.xdotool("windowsize", "--sync", viewer.window, 500, 400)
     time.sleep(0.5)
-    wait_for("all data", viewer.idle)
+    viewer.wait_until_complete()
     assert picture(viewer.screenshot())[:2] == (500, 400)
     viewer.xdotool("windowsize", "--sync", viewer.window, *SIZE)
 
@@ -279,7 +307,7 @@ def test_help(viewer):
     """The table of controls darkens the middle of the window and writes on it."""
     viewer.key("h")
     path = os.path.join(viewer.folder, "help.png")
-    wait_for("quiet", viewer.idle)
+    viewer.wait_until_complete()
     subprocess.run(["import", "-window", viewer.window, path], env=viewer.environment, check=True)
     width, height, pixels = picture(path)
     middle = [pixels[row * width + col] for row in range(height // 3, 2 * height // 3) for col in range(width // 4, 3 * width // 4)]
@@ -318,6 +346,7 @@ def run_all(program, source, folder):
                  lambda: test_wheel(viewer), lambda: test_look(viewer), lambda: test_orbit(viewer),
                  lambda: test_reset_and_north(viewer, start), lambda: test_terrain_is_never_entered(viewer, program),
                  lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_quit(viewer)]
+        steps.append(lambda: test_low_start(program, display, folder, scene))
         for step in steps:
             began = time.monotonic()
             step()

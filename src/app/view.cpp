@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "app/progress.h"
 #include "app/subcommands.h"
 #include "app/view_loop.h"
 #include "app/view_start.h"
@@ -42,9 +45,29 @@ std::string cameraProblem(const std::string& text) {
   return parsed ? "" : io::describe(parsed.error());
 }
 
-void showProgress(std::string_view what, double share) {
-  fmt::print(stderr, "\r{}: {:3.0f}%{}", what, 100.0 * share, share >= 1.0 ? "\n" : "");
-  std::fflush(stderr);
+/// Rasters of the scene being made into databases, one line each on the terminal.
+class BuildLines {
+ public:
+  void operator()(std::string_view what, double share) {
+    constexpr std::uint64_t kWhole = 100;
+    if (!line_ || what != what_) {
+      line_.reset();
+      what_ = what;
+      line_.emplace(what_);
+    }
+    line_->show(static_cast<std::uint64_t>(share * kWhole), kWhole, "parts");
+    if (share >= 1.0) line_.reset();
+  }
+
+ private:
+  std::string what_;
+  std::optional<ProgressLine> line_;
+};
+
+// Without the folder, where the scene is one file.
+std::string titleOf(const std::string& scene) {
+  const bool several = scene.find(',') != std::string::npos;
+  return (several ? scene : std::filesystem::path(scene).filename().string()) + " - Tellurion";
 }
 
 scene::View startView(const ViewOptions& options, const scene::Scene& scene, scene::Viewport size) {
@@ -57,14 +80,15 @@ io::Result<void> view(const ViewOptions& options) {
   const scene::Viewport size = sizeFrom(options.size).value_or(scene::Viewport{});
   const auto scene = scene::openScene(options.scene);
   if (!scene) return tl::unexpected(scene.error());
-  auto window = ViewWindow::open(fmt::format("{} - Tellurion", scene->name), size);
+  auto window = ViewWindow::open(titleOf(scene->name), size);
   if (!window) return tl::unexpected(window.error());
-  const auto globe = scene::Globe::open(*scene, {}, showProgress);
+  BuildLines lines;
+  const auto globe = scene::Globe::open(*scene, {}, std::ref(lines));
   if (!globe) return tl::unexpected(globe.error());
   auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
   const scene::View start = startView(options, *scene, size);
-  return ViewLoop(*window, **globe, tiling::Tiling(scene->tiling), std::move(*renderer), start,
+  return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer), start,
                   {.tolerance_px = options.tolerance_px})
       .run();
 }

@@ -23,35 +23,33 @@ geo::Vec2 difference(scene::PixelPosition to, scene::PixelPosition from) {
 }  // namespace
 
 void ViewControls::resize(scene::Viewport viewport) {
-  view_.viewport = viewport;
-  start_.viewport = viewport;
+  for (scene::View* view : {&start_, &wished_, &view_})
+    view->viewport = viewport;
   drag_.reset();
+}
+
+bool ViewControls::changed(const scene::View& wished) {
+  wished_ = wished;
+  view_ = wished;
+  return true;
 }
 
 bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground) {
   if (const auto* button = std::get_if<ButtonChanged>(&event)) return handleButton(*button, ground);
   if (const auto* key = std::get_if<KeyPressed>(&event)) return handleKey(*key, ground);
-  if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
-    zoomAt(wheel->at, wheel->steps, ground);
-    return true;
-  }
+  if (const auto* wheel = std::get_if<WheelTurned>(&event)) return zoomAt(wheel->at, wheel->steps, ground);
   const auto* cursor = std::get_if<CursorMoved>(&event);
-  if (!cursor || !drag_) return false;
-  dragTo(cursor->at, ground);
-  return true;
+  return cursor && drag_ && dragTo(cursor->at, ground);
 }
 
 bool ViewControls::handleButton(const ButtonChanged& event, const scene::Ground& ground) {
   if (!event.down) {
     if (!drag_ || drag_->button != event.button) return false;
-    dragTo(event.at, ground);
+    const bool moved = distanceBetween(event.at, drag_->from) > 0.0 && dragTo(event.at, ground);
     drag_.reset();
-    return true;
+    return moved;
   }
-  if (isDoubleClick(event)) {
-    zoomAt(event.at, kDoubleClickSteps, ground);
-    return true;
-  }
+  if (isDoubleClick(event)) return zoomAt(event.at, kDoubleClickSteps, ground);
   beginDrag(event, ground);
   return false;
 }
@@ -74,71 +72,57 @@ void ViewControls::beginDrag(const ButtonChanged& event, const scene::Ground& gr
   drag_ = Drag{gesture, event.button, event.at, view_, grip};
 }
 
-void ViewControls::dragTo(scene::PixelPosition cursor, const scene::Ground& ground) {
+bool ViewControls::dragTo(scene::PixelPosition cursor, const scene::Ground& ground) {
   const geo::Vec2 drag_px = difference(cursor, drag_->from);
   switch (drag_->gesture) {
     case Gesture::pan:
-      view_ = scene::panned(drag_->view, *drag_->grip, cursor, ground);
-      break;
+      return changed(scene::panned(drag_->view, *drag_->grip, cursor, ground));
     case Gesture::look:
-      view_ = scene::lookedAround(drag_->view, drag_px, ground);
-      break;
+      return changed(scene::lookedAround(drag_->view, drag_px, ground));
     case Gesture::orbit:
-      view_ = scene::orbited(drag_->view, *drag_->grip, drag_px, ground);
-      break;
+      return changed(scene::orbited(drag_->view, *drag_->grip, drag_px, ground));
   }
+  return false;
 }
 
-void ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground) {
+bool ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground) {
   drag_.reset();
   const auto grip = scene::gripAt(view_, pixel, ground);
-  view_ = grip ? scene::zoomed(view_, *grip, steps, ground) : scene::climbed(view_, steps, ground);
+  return changed(grip ? scene::zoomed(view_, *grip, steps, ground) : scene::climbed(view_, steps, ground));
 }
 
-void ViewControls::arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground) {
+bool ViewControls::arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground) {
   drag_.reset();
   const scene::PixelPosition centre = scene::centreOf(view_.viewport);
   const double step_px = kArrowShare * view_.viewport.height;
   const geo::Vec2 drag_px(-right * step_px, up * step_px);
   const auto grip = scene::gripAt(view_, centre, ground);
-  if (!grip || modifiers.shift) {
-    view_ = scene::lookedAround(view_, drag_px, ground);
-  } else if (modifiers.control) {
-    view_ = scene::orbited(view_, *grip, drag_px, ground);
-  } else {
-    view_ = scene::panned(view_, *grip, {centre.x + drag_px.x, centre.y + drag_px.y}, ground);
-  }
+  if (!grip || modifiers.shift) return changed(scene::lookedAround(view_, drag_px, ground));
+  if (modifiers.control) return changed(scene::orbited(view_, *grip, drag_px, ground));
+  return changed(scene::panned(view_, *grip, {centre.x + drag_px.x, centre.y + drag_px.y}, ground));
 }
 
 bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& ground) {
   const scene::PixelPosition centre = scene::centreOf(view_.viewport);
   switch (event.key) {
     case ViewKey::plus:
-      zoomAt(centre, kKeySteps, ground);
-      return true;
+      return zoomAt(centre, kKeySteps, ground);
     case ViewKey::minus:
-      zoomAt(centre, -kKeySteps, ground);
-      return true;
+      return zoomAt(centre, -kKeySteps, ground);
     case ViewKey::left:
-      arrow(-1, 0, event.modifiers, ground);
-      return true;
+      return arrow(-1, 0, event.modifiers, ground);
     case ViewKey::right:
-      arrow(1, 0, event.modifiers, ground);
-      return true;
+      return arrow(1, 0, event.modifiers, ground);
     case ViewKey::up:
-      arrow(0, 1, event.modifiers, ground);
-      return true;
+      return arrow(0, 1, event.modifiers, ground);
     case ViewKey::down:
-      arrow(0, -1, event.modifiers, ground);
-      return true;
+      return arrow(0, -1, event.modifiers, ground);
     case ViewKey::north:
       drag_.reset();
-      view_ = scene::northUp(view_, scene::gripAt(view_, centre, ground), ground);
-      return true;
+      return changed(scene::northUp(view_, scene::gripAt(view_, centre, ground), ground));
     case ViewKey::reset:
       drag_.reset();
-      view_ = scene::cleared(start_, ground);
-      return true;
+      return changed(start_);
     case ViewKey::light:
     case ViewKey::printCamera:
     case ViewKey::help:

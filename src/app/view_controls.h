@@ -11,12 +11,13 @@ namespace tellurion::app {
 /// only.
 class ViewControls {
  public:
-  explicit ViewControls(const scene::View& start) : start_(start), view_(start) {}
+  explicit ViewControls(const scene::View& start) : start_(start), wished_(start), view_(start) {}
 
   const scene::View& view() const { return view_; }
-  /// The eye is moved by others (resized, pushed up by ground that arrived): the gesture goes on.
   void resize(scene::Viewport viewport);
-  void keepAboveGround(const scene::Ground& ground) { view_ = scene::cleared(view_, ground); }
+  /// Lifts the eye over ground that has arrived, and lets it down again to where the hand had put it when the ground
+  /// turns out to be lower: coarse ground, which comes first, may be hundreds of metres off. A gesture goes on.
+  void keepAboveGround(const scene::Ground& ground) { view_ = scene::cleared(wished_, ground); }
   bool dragging() const { return drag_.has_value(); }
 
   /// True when the view has changed.
@@ -32,16 +33,18 @@ class ViewControls {
     std::optional<scene::Grip> grip;
   };
 
+  bool changed(const scene::View& wished);
   bool handleButton(const ButtonChanged& event, const scene::Ground& ground);
   bool handleKey(const KeyPressed& event, const scene::Ground& ground);
   bool isDoubleClick(const ButtonChanged& event);
   void beginDrag(const ButtonChanged& event, const scene::Ground& ground);
-  void dragTo(scene::PixelPosition cursor, const scene::Ground& ground);
-  void zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground);
-  void arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground);
+  bool dragTo(scene::PixelPosition cursor, const scene::Ground& ground);
+  bool zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground);
+  bool arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground);
 
   scene::View start_;
-  scene::View view_;
+  scene::View wished_;  ///< where the hand has put the eye
+  scene::View view_;    ///< the same, above the ground
   std::optional<Drag> drag_;
   std::optional<ButtonChanged> lastPress_;
 };

@@ -38,17 +38,19 @@ bool isEmpty(scene::Viewport size) {
 
 }  // namespace
 
-ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, const tiling::Tiling& tiling, render::Renderer renderer,
-                   const scene::View& start, const scene::CutOptions& cut)
+ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
+                   render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
+      title_(std::move(title)),
       renderer_(std::move(renderer)),
       ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
       controls_(start),
       cut_(cut) {}
 
 io::Result<void> ViewLoop::run() {
+  window_.setTitle("(loading) " + title_);
   window_.appear();
   while (!window_.closing()) {
     for (const InputEvent& event : window_.takeEvents())
@@ -160,12 +162,17 @@ io::Result<void> ViewLoop::drawPicture() {
   renderer_.draw(frame, *target_);
   render::finish();
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-  complete_ = frame.complete;
+  setComplete(frame.complete);
   tilesWanted_ = frame.statistics.tilesWanted;
   pictureStale_ = false;
   panelsStale_ = true;
   reportFailures();
   return {};
+}
+
+void ViewLoop::setComplete(bool complete) {
+  if (complete != complete_) window_.setTitle(complete ? title_ : "(loading) " + title_);
+  complete_ = complete;
 }
 
 void ViewLoop::drawPanels() {
@@ -210,9 +217,10 @@ std::string ViewLoop::statusRight() const {
 // One line that --camera takes, exact to a tenth of a millimetre on Earth.
 void ViewLoop::printCamera() {
   const scene::Camera c = scene::cameraOf(controls_.view(), ground_.ellipsoid);
+  const auto angle = [](geo::Angle a) { return std::round(a.degrees() * 1e7) / 1e7 + 0.0; };  // never -0
   const std::string line =
       fmt::format("{:.9f},{:.9f},{:.4f},{:.7f},{:.7f},{:.7f}", c.position.lat.degrees(), c.position.lon.degrees(),
-                  c.position.height_m, c.heading.degrees(), c.pitch.degrees(), c.roll.degrees());
+                  c.position.height_m, angle(c.heading), angle(c.pitch), angle(c.roll));
   fmt::print("{}\n", line);
   std::fflush(stdout);
   window_.copyToClipboard(line);

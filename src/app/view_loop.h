@@ -14,7 +14,7 @@ namespace tellurion::app {
 /// Main thread only. Window and globe must outlive it.
 class ViewLoop {
  public:
-  ViewLoop(ViewWindow& window, scene::Globe& globe, const tiling::Tiling& tiling, render::Renderer renderer,
+  ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
            const scene::View& start, const scene::CutOptions& cut);
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
@@ -30,6 +30,7 @@ class ViewLoop {
   io::Result<void> drawPicture();
   const scene::Frame& frameAboveGround();
   void drawPanels();
+  void setComplete(bool complete);
   void printCamera();
   void saveScreenshot();
   void reportFailures();
@@ -41,6 +42,7 @@ class ViewLoop {
   ViewWindow& window_;
   scene::Globe& globe_;
   tiling::Tiling tiling_;
+  std::string title_;
   render::Renderer renderer_;
   scene::Ground ground_;
   ViewControls controls_;

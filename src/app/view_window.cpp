@@ -219,6 +219,10 @@ void ViewWindow::appear() {
   glfwShowWindow(state_->window);
 }
 
+void ViewWindow::setTitle(const std::string& title) {
+  glfwSetWindowTitle(state_->window, title.c_str());
+}
+
 bool ViewWindow::closing() const {
   return glfwWindowShouldClose(state_->window) != 0;
 }

@@ -25,6 +25,8 @@ class ViewWindow {
   /// The window is hidden until then.
   void appear();
 
+  void setTitle(const std::string& title);
+
   bool closing() const;
   void close();
 

@@ -9,12 +9,16 @@ namespace {
 /// A place of a tile in vertex units: 0..65535 over its side.
 using TilePlace = geo::Vec2;
 
+/// How far over a tile's edge, as a share of its side, a place on the edge may come out.
+constexpr double kRounding = 1e-6;
+
 std::optional<TilePlace> placeIn(const tiling::TileId& id, const tiling::RootPoint& p) {
   if (id.root != p.root) return std::nullopt;
   const double size = tiling::tileSize(id.level);
   const TilePlace place(p.u / size - id.x, p.v / size - id.y);
-  if (std::min(place.x, place.y) < 0.0 || std::max(place.x, place.y) > 1.0) return std::nullopt;
-  return place * 65535.0;
+  const TilePlace inside(std::clamp(place.x, 0.0, 1.0), std::clamp(place.y, 0.0, 1.0));
+  if (geo::length(place - inside) > kRounding) return std::nullopt;
+  return inside * 65535.0;
 }
 
 TilePlace placeOf(const TerrainVertex& v) {
