@@ -32,8 +32,8 @@ mkdir -p "$out/flight"
 "$program" render "$data/mars.toml" --camera 5,-100,9000000,0,-90,0 --size 800x600 -o "$out/mars.png"
 "$program" render "$data/earth.toml" --camera 88,0,5000000,0,-90,0 --size 800x600 -o "$out/north_pole.png"
 "$program" render "$data/earth_night.toml" --camera 35,20,12000000,0,-90,0 --size 800x600 -o "$out/night.png"
-montage "$out"/flight/*.png "$out"/mars.png "$out"/north_pole.png "$out"/night.png -tile 4x -geometry 480x360+6+6 \
-  -background '#101014' -fill white -font DejaVu-Sans -pointsize 16 -label '%t' "$out/contact_sheet.png"
+montage -font DejaVu-Sans -pointsize 16 -background '#101014' -fill white -label '%t' "$out"/flight/*.png "$out"/mars.png \
+  "$out"/north_pole.png "$out"/night.png -tile 4x -geometry 480x360+6+6 "$out/contact_sheet.png"
 say "Pictures:"
 ls -1 "$out"/*.png "$out"/flight/*.png
 say "All of them on one sheet: $out/contact_sheet.png"
