@@ -16,8 +16,9 @@ namespace tellurion::app {
 namespace {
 
 constexpr std::chrono::seconds kNoticeTime{4};
-/// How often arrivals are looked for while data load; longer where a picture takes longer.
-constexpr double kArrivals_ms = 15.0;
+/// How often arrivals are looked for while data load, and how often at most they are drawn.
+constexpr std::chrono::milliseconds kPolling{4};
+constexpr double kArrivalsGap_ms = 50.0;
 constexpr int kMostRaises = 4;
 constexpr int kMostScreenshots = 100000;
 
@@ -57,7 +58,7 @@ io::Result<void> ViewLoop::run() {
       handle(event);
     adjustToWindow();
     if (!isEmpty(window_.pictureSize())) {
-      if (pictureStale_) {
+      if (pictureDue()) {
         if (const auto drawn = drawPicture(); !drawn) return drawn;
       }
       if (panelsStale_) drawPanels();
@@ -67,18 +68,28 @@ io::Result<void> ViewLoop::run() {
   return {};
 }
 
+// Arrivals are followed at once, since each makes the globe ask for finer data; drawing them takes at most a third of
+// the time, so that loading goes on at its own pace where the processor draws as well.
+bool ViewLoop::pictureDue() const {
+  const auto gap = std::chrono::duration<double, std::milli>(std::max(kArrivalsGap_ms, 3.0 * frame_ms_));
+  return pictureStale_ || (arrivalsSeen_ && (complete_ || Clock::now() - lastDrawn_ >= gap));
+}
+
 // Without anything loading, and no notice to take away, the program sleeps until its window hears something.
 void ViewLoop::waitForWork() {
   std::optional<std::chrono::milliseconds> atMost;
   const auto waitUpTo = [&atMost](std::chrono::milliseconds time) { atMost = atMost ? std::min(*atMost, time) : time; };
-  if (!complete_) waitUpTo(std::chrono::milliseconds(std::lround(std::max(kArrivals_ms, frame_ms_))));
+  if (!complete_ || arrivalsSeen_) waitUpTo(kPolling);
   if (noticeDrawn_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(noticeUntil_ - Clock::now());
     waitUpTo(std::max(left, std::chrono::milliseconds(1)));
   }
-  if ((pictureStale_ || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
+  if ((pictureDue() || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
   window_.wait(atMost);
-  if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) pictureStale_ = true;
+  if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) {
+    setComplete(frameAboveGround().complete);
+    arrivalsSeen_ = true;
+  }
   if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
 }
 
@@ -164,7 +175,9 @@ io::Result<void> ViewLoop::drawPicture() {
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   setComplete(frame.complete);
   tilesWanted_ = frame.statistics.tilesWanted;
+  lastDrawn_ = Clock::now();
   pictureStale_ = false;
+  arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
   return {};

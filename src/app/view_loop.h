@@ -23,6 +23,7 @@ class ViewLoop {
  private:
   using Clock = std::chrono::steady_clock;
 
+  bool pictureDue() const;
   void waitForWork();
   void handle(const InputEvent& event);
   void handleKey(ViewKey key);
@@ -49,8 +50,9 @@ class ViewLoop {
   scene::CutOptions cut_;
   std::optional<render::RenderTarget> target_;
   std::optional<scene::PixelPosition> cursor_;
-  bool pictureStale_ = true;  ///< the planet must be drawn again
-  bool panelsStale_ = true;   ///< what lies over it must
+  bool pictureStale_ = true;   ///< the planet must be drawn again
+  bool arrivalsSeen_ = false;  ///< the globe has more to show than what is drawn
+  bool panelsStale_ = true;    ///< what lies over it must
   bool complete_ = false;
   bool helpShown_ = false;
   bool helpDrawn_ = false;
@@ -60,6 +62,7 @@ class ViewLoop {
   std::string notice_;
   bool noticeDrawn_ = false;
   Clock::time_point noticeUntil_{};
+  Clock::time_point lastDrawn_{};
 };
 
 }  // namespace tellurion::app
