@@ -14,7 +14,7 @@ constexpr std::array kNames{"latitude", "longitude", "height", "heading", "pitch
 /// Cameras further away than this see a point; the bound keeps squares of distances finite.
 constexpr double kFarthest_m = 1e13;
 /// The sine of the angle from the vertical under which heading is read from the picture's upper edge.
-constexpr double kVertical = 1e-9;
+constexpr double kVertical = 1e-14;
 
 std::string_view trimmed(std::string_view s) {
   const auto first = s.find_first_not_of(" \t\r");
