@@ -151,7 +151,7 @@ io::Result<Georeference> withoutReference(const Transform& t, GDALDataset& datas
         path);
   }
   warnings.emplace_back("no spatial reference: taken as longitude and latitude in degrees");
-  return Georeference{t, std::nullopt, 360.0, body.value_or(geo::earth())};
+  return Georeference{t, std::nullopt, 360.0, body.value_or(geo::earth()), true};
 }
 
 io::Result<Georeference> geographicReference(Georeference base, const OGRSpatialReference& reference,

@@ -22,6 +22,7 @@ struct Georeference {
   /// x after which the map begins again; 0 when it does not.
   double turn = 0.0;
   geo::Body body = geo::earth();
+  bool bodyIsAssumed = false;  ///< no spatial reference names it
 };
 
 /// `body`, if given, is taken in place of the one that the spatial reference names. Warnings are added.

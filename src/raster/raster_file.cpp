@@ -126,6 +126,7 @@ io::Result<RasterFile> RasterFile::open(const std::string& path, Kind kind, cons
   auto reference = readGeoreference(data, path, options.body, info.warnings);
   if (!reference) return tl::unexpected(std::move(reference.error()));
   info.body = reference->body;
+  info.bodyIsAssumed = reference->bodyIsAssumed;
   auto state = std::make_unique<State>(std::move(*dataset), std::move(info),
                                        Placement(std::move(*reference), data.GetRasterXSize(), data.GetRasterYSize()));
   if (!(state->info.finestSpacing.radians() > 0.0)) {

@@ -30,6 +30,7 @@ struct RasterInfo {
   geo::Angle
       finestSpacing;  ///< the largest, over the raster, of a pixel's smaller side, as an angle on the unit sphere
   geo::Body body = geo::earth();
+  bool bodyIsAssumed = false;         ///< no spatial reference names it: RasterOptions does, or else it is Earth
   double heightQuantum_m = 0.0;       ///< elevation: metres between two stored integers; 0 for floating point
   std::vector<std::string> warnings;  ///< what was assumed, sentences without a full stop; may grow while sampling
 };

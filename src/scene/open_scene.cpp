@@ -32,8 +32,9 @@ io::Result<Scene> readSceneFile(const std::string& path) {
 
 /// What a single source says about itself.
 struct SourceFacts {
+  std::string path;
   raster::Kind kind = raster::Kind::elevation;
-  geo::Body body = geo::earth();
+  std::optional<geo::Body> body;         ///< nothing: any (a raster without a spatial reference)
   std::optional<tiling::Scheme> tiling;  ///< nothing: any (a raster)
 };
 
@@ -44,13 +45,15 @@ io::Result<SourceFacts> factsOf(const std::string& path) {
     const auto reader = pyramid::PyramidReader::open(path);
     if (!reader) return tl::unexpected(reader.error());
     const raster::TileSourceInfo& info = (*reader)->info();
-    return SourceFacts{.kind = info.kind, .body = info.body, .tiling = info.scheme};
+    return SourceFacts{.path = path, .kind = info.kind, .body = info.body, .tiling = info.scheme};
   }
   const auto kind = raster::kindOfRaster(path);
   if (!kind) return tl::unexpected(kind.error());
   const auto file = raster::RasterFile::open(path, *kind);
   if (!file) return tl::unexpected(file.error());
-  return SourceFacts{.kind = *kind, .body = file->info().body};
+  SourceFacts facts{.path = path, .kind = *kind};
+  if (!file->info().bodyIsAssumed) facts.body = file->info().body;
+  return facts;
 }
 
 std::vector<std::string> splitAtCommas(std::string_view text) {
@@ -63,38 +66,50 @@ std::vector<std::string> splitAtCommas(std::string_view text) {
   }
 }
 
+/// Body and tiling that all layers agree on.
+io::Result<void> settle(const std::vector<SourceFacts>& layers, Scene& scene) {
+  std::optional<geo::Body> body;
+  std::optional<tiling::Scheme> scheme;
+  for (const SourceFacts& layer : layers) {
+    if (body && layer.body && !(layer.body->ellipsoid == body->ellipsoid)) {
+      return io::fail(Code::invalidArgument,
+                      fmt::format("is of the body {}, the layers before it of {}", layer.body->name, body->name),
+                      layer.path);
+    }
+    if (scheme && layer.tiling && *layer.tiling != *scheme) {
+      return io::fail(Code::invalidArgument,
+                      fmt::format("is tiled as {}, the layers before it as {}; build it again with --tiling {}",
+                                  tiling::nameOf(*layer.tiling), tiling::nameOf(*scheme), tiling::nameOf(*scheme)),
+                      layer.path);
+    }
+    if (!body) body = layer.body;
+    if (!scheme) scheme = layer.tiling;
+  }
+  scene.body = body.value_or(scene.body);
+  scene.tiling = scheme.value_or(scene.tiling);
+  return {};
+}
+
 }  // namespace
 
 io::Result<Scene> openScene(std::string_view argument) {
   if (argument.ends_with(".toml")) return readSceneFile(std::string(argument));
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);
-  Scene scene{.name = std::string(argument)};
-  bool hasBody = false;
-  bool hasTiling = false;
+  std::vector<SourceFacts> layers;
   for (const std::string& path : isOneFile ? std::vector{std::string(argument)} : splitAtCommas(argument)) {
-    const auto facts = factsOf(path);
-    if (!facts) return tl::unexpected(facts.error());
-    if (hasBody && !(facts->body.ellipsoid == scene.body.ellipsoid)) {
-      return io::fail(Code::invalidArgument,
-                      fmt::format("is of the body {}, the layers before it of {}", facts->body.name, scene.body.name),
-                      path);
-    }
-    if (hasTiling && facts->tiling && *facts->tiling != scene.tiling) {
-      return io::fail(
-          Code::invalidArgument,
-          fmt::format("is tiled as {}, the layers before it as {}; build it again with --tiling {}",
-                      tiling::nameOf(*facts->tiling), tiling::nameOf(scene.tiling), tiling::nameOf(scene.tiling)),
-          path);
-    }
-    scene.body = facts->body;
-    hasBody = true;
-    scene.tiling = facts->tiling.value_or(scene.tiling);
-    hasTiling = hasTiling || facts->tiling.has_value();
-    if (facts->kind == raster::Kind::elevation) {
-      scene.elevation.push_back({.source = path});
+    auto facts = factsOf(path);
+    if (!facts) return tl::unexpected(std::move(facts.error()));
+    layers.push_back(std::move(*facts));
+  }
+  Scene scene{.name = std::string(argument)};
+  const auto settled = settle(layers, scene);
+  if (!settled) return tl::unexpected(settled.error());
+  for (const SourceFacts& layer : layers) {
+    if (layer.kind == raster::Kind::elevation) {
+      scene.elevation.push_back({.source = layer.path});
     } else {
-      scene.imagery.push_back({.source = path});
+      scene.imagery.push_back({.source = layer.path});
     }
   }
   return scene;

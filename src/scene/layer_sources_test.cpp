@@ -1,0 +1,87 @@
+#include "scene/layer_sources.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "geo/body.h"
+
+namespace tellurion::scene {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kData = TELLURION_SOURCE_DIR "/data/";
+
+/// A cache folder of its own, so that nothing of the user's is touched.
+class LayerSources : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder = fs::temp_directory_path() / ("tellurion_layer_sources_" + std::to_string(::getpid()));
+    fs::create_directories(folder);
+    ::setenv("XDG_CACHE_HOME", folder.c_str(), 1);
+  }
+  void TearDown() override {
+    ::unsetenv("XDG_CACHE_HOME");
+    fs::remove_all(folder);
+  }
+  int databases() const {
+    if (!fs::exists(cacheFolder())) return 0;
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(cacheFolder()))
+      count += entry.path().extension() == ".tdb" ? 1 : 0;
+    return count;
+  }
+  fs::path folder;
+};
+
+TEST_F(LayerSources, aRasterIsBuiltOnceAndFoundAgain) {
+  const std::string raster = (folder / "heights.tif").string();
+  fs::copy_file(kData + "mars/mola_dem_4ppd.tif", raster);
+  const Scene scene = openScene(raster).value();
+  EXPECT_EQ(scene.body.ellipsoid, geo::mars().ellipsoid);
+  ASSERT_EQ(scene.elevation.size(), 1u);
+  int told = 0;
+  const auto first = openLayers(scene, [&](std::string_view what, double share) {
+    EXPECT_EQ(what, raster);
+    EXPECT_GE(share, 0.0);
+    EXPECT_LE(share, 1.0);
+    ++told;
+  });
+  ASSERT_TRUE(first) << io::describe(first.error());
+  EXPECT_EQ(first->elevation.at(0)->info().scheme, scene.tiling);
+  EXPECT_GT(told, 0);
+  EXPECT_EQ(databases(), 1);
+  const auto second = openLayers(scene, [](std::string_view, double) { FAIL() << "built again"; });
+  EXPECT_TRUE(second);
+  EXPECT_EQ(databases(), 1);
+  // Another time of change is another raster.
+  fs::last_write_time(raster, fs::last_write_time(raster) - std::chrono::hours(1));
+  EXPECT_TRUE(openLayers(scene, {}));
+  EXPECT_EQ(databases(), 2);
+}
+
+TEST_F(LayerSources, aPictureWithoutReferenceTakesTheBodyOfTheOthers) {
+  const auto scene = openScene(kData + "mars/mola_dem_4ppd.tif," + kData + "mars/viking_mdim21_color_2880x1440.jpg");
+  ASSERT_TRUE(scene) << io::describe(scene.error());
+  EXPECT_EQ(scene->body.ellipsoid, geo::mars().ellipsoid);
+  EXPECT_EQ(scene->elevation.size(), 1u);
+  EXPECT_EQ(scene->imagery.size(), 1u);
+  EXPECT_FALSE(openScene(kData + "mars/mola_dem_4ppd.tif," + kData + "earth/etopo5_dem_10min.tif"));
+}
+
+TEST_F(LayerSources, whatIsNoRasterIsAFailureThatNamesIt) {
+  const std::string path = (folder / "text.tif").string();
+  std::ofstream(path) << "not a raster";
+  const auto scene = openScene(path);
+  ASSERT_FALSE(scene);
+  EXPECT_NE(io::describe(scene.error()).find("text.tif"), std::string::npos);
+  Scene handMade;
+  handMade.elevation.push_back({.source = path});
+  EXPECT_FALSE(openLayers(handMade, {}));
+}
+
+}  // namespace
+}  // namespace tellurion::scene
