@@ -59,7 +59,7 @@ io::Result<void> ViewLoop::run() {
     adjustToWindow();
     if (!isEmpty(window_.pictureSize())) {
       if (pictureDue()) {
-        if (const auto drawn = drawPicture(); !drawn) return drawn;
+        if (auto drawn = drawPicture(); !drawn) return drawn;
       }
       if (panelsStale_) drawPanels();
     }

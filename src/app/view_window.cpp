@@ -63,7 +63,8 @@ void onButton(GLFWwindow* window, int button, int action, int mods) {
                             : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::right
                                                                 : MouseButton::middle;
   Heard& heard = heardBy(window);
-  heard.events.push_back(ButtonChanged{which, action == GLFW_PRESS, modifiersFrom(mods), heard.cursor, glfwGetTime()});
+  heard.events.emplace_back(
+      ButtonChanged{which, action == GLFW_PRESS, modifiersFrom(mods), heard.cursor, glfwGetTime()});
 }
 
 // Only the last of several moves counts: gestures are functions of where the cursor is.
@@ -71,16 +72,16 @@ void onCursor(GLFWwindow* window, double x, double y) {
   auto& [events, cursor] = heardBy(window);
   cursor = pixelFrom(window, x, y);
   if (!events.empty() && std::holds_alternative<CursorMoved>(events.back())) events.pop_back();
-  events.push_back(CursorMoved{cursor});
+  events.emplace_back(CursorMoved{cursor});
 }
 
 void onEnter(GLFWwindow* window, int entered) {
-  if (!entered) heardBy(window).events.push_back(CursorLeft{});
+  if (!entered) heardBy(window).events.emplace_back(CursorLeft{});
 }
 
 void onScroll(GLFWwindow* window, double, double steps) {
   Heard& heard = heardBy(window);
-  heard.events.push_back(WheelTurned{steps, heard.cursor});
+  heard.events.emplace_back(WheelTurned{steps, heard.cursor});
 }
 
 std::optional<ViewKey> keyFrom(int key) {
@@ -120,11 +121,11 @@ void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
   if (action == GLFW_RELEASE) return;
   const auto which = namedKey(key, scancode);
   if (which && (action == GLFW_PRESS || repeats(*which)))
-    heardBy(window).events.push_back(KeyPressed{*which, modifiersFrom(mods)});
+    heardBy(window).events.emplace_back(KeyPressed{*which, modifiersFrom(mods)});
 }
 
 void onLost(GLFWwindow* window) {
-  heardBy(window).events.push_back(PictureLost{});
+  heardBy(window).events.emplace_back(PictureLost{});
 }
 void onResized(GLFWwindow* window, int, int) {
   onLost(window);
