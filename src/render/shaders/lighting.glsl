@@ -9,5 +9,5 @@ vec3 litGround(vec3 albedo, float nightLights, vec3 normal_body, vec3 up_body, v
   return albedo * (ambient + (1.0 - ambient) * sunlight) + lamps;
 }
 
-// Relief texels hold (v + 1) * 127.5 + 0.5 rounded down, so that 128 is exactly no relief.
+// Relief texels hold 128 + 127 v, so that 128 is exactly no relief.
 vec3 reliefFromTexel(vec3 texel) { return (texel * 255.0 - 128.0) / 127.0; }

@@ -51,8 +51,10 @@ class GridMesh {
       }
     }
     addInterior();
-    for (const tiling::Edge edge : tiling::kEdges) mesh_->fineEdge[static_cast<std::size_t>(edge)] = strip(edge, 1);
-    for (const tiling::Edge edge : tiling::kEdges) mesh_->coarseEdge[static_cast<std::size_t>(edge)] = strip(edge, 2);
+    for (const tiling::Edge edge : tiling::kEdges)
+      mesh_->fineEdge[static_cast<std::size_t>(edge)] = strip(edge, 1);
+    for (const tiling::Edge edge : tiling::kEdges)
+      mesh_->coarseEdge[static_cast<std::size_t>(edge)] = strip(edge, 2);
   }
 
   std::shared_ptr<const scene::TerrainMesh> take() { return mesh_; }
@@ -70,7 +72,9 @@ class GridMesh {
 
   std::uint16_t at(int col, int row) const { return static_cast<std::uint16_t>(row * (cells_ + 1) + col); }
 
-  void triangle(std::uint16_t a, std::uint16_t b, std::uint16_t c) { mesh_->indices.insert(mesh_->indices.end(), {a, b, c}); }
+  void triangle(std::uint16_t a, std::uint16_t b, std::uint16_t c) {
+    mesh_->indices.insert(mesh_->indices.end(), {a, b, c});
+  }
 
   void addInterior() {
     for (int row = 1; row < cells_ - 1; ++row) {
@@ -86,10 +90,14 @@ class GridMesh {
   std::uint16_t along(tiling::Edge edge, int i, int depth) const {
     const int n = cells_;
     switch (edge) {
-      case tiling::Edge::top: return at(i, depth);
-      case tiling::Edge::right: return at(n - depth, i);
-      case tiling::Edge::bottom: return at(n - i, n - depth);
-      case tiling::Edge::left: return at(depth, n - i);
+      case tiling::Edge::top:
+        return at(i, depth);
+      case tiling::Edge::right:
+        return at(n - depth, i);
+      case tiling::Edge::bottom:
+        return at(n - i, n - depth);
+      case tiling::Edge::left:
+        return at(depth, n - i);
     }
     return 0;
   }
@@ -150,10 +158,11 @@ inline std::shared_ptr<const scene::TextureImage> plainImage(raster::Rgba8 colou
 
 inline scene::View viewAt(const geo::Ellipsoid& ellipsoid, double lat, double lon, double height_m, double heading,
                           double pitch, scene::Viewport viewport, double fov = 45.0) {
-  const scene::Camera camera{.position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-                             .heading = geo::Angle::degrees(heading),
-                             .pitch = geo::Angle::degrees(pitch),
-                             .roll = geo::Angle::degrees(0.0)};
+  const scene::Camera camera{
+      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
+      .heading = geo::Angle::degrees(heading),
+      .pitch = geo::Angle::degrees(pitch),
+      .roll = geo::Angle::degrees(0.0)};
   return scene::viewOf(camera, ellipsoid, geo::Angle::degrees(fov), viewport);
 }
 
