@@ -58,8 +58,8 @@ struct DrawnTile {
   /// Colour, (size + 2)^2 with a gutter: rgb is sRGB, a the strength of night lights. May be null: plain ground.
   std::shared_ptr<const TextureImage> colour;
   TextureWindow colourWindow;
-  /// Relief, (cells + 1)^2: shading normal minus the ellipsoid's, body axes, (v + 1) * 127.5 + 0.5 rounded down in x,
-  /// y, z so that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
+  /// Relief, (cells + 1)^2: shading normal minus the ellipsoid's, body axes, in x, y, z the whole number nearest to
+  /// 128 + 127 v, so that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
   std::shared_ptr<const TextureImage> relief;
   TextureWindow reliefWindow;
 };

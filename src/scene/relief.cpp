@@ -35,8 +35,9 @@ geo::Vec3 normalAt(const SurfaceGrid& grid, int col, int row) {
   return geo::cross(right - left, below - above);
 }
 
+/// To the nearest, so that rough ground does not lean to one side.
 std::uint8_t texel(double v) {
-  return static_cast<std::uint8_t>(std::clamp((v + 1.0) * 127.5 + 0.5, 0.0, 255.0));
+  return static_cast<std::uint8_t>(std::clamp(std::floor(v * 127.0 + 128.5), 0.0, 255.0));
 }
 
 raster::Rgba8 reliefAt(const SurfaceGrid& grid, int col, int row) {
