@@ -128,7 +128,6 @@ class Watertight : public synthetic::GlTest, public ::testing::WithParamInterfac
     }
   }
 
- private:
   static std::vector<scene::DrawnTile> oneLevel(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
                                                 int level, const synthetic::HeightFunction& height) {
     auto tiles = synthetic::wholeBody(tiling, ellipsoid, level, 2);
@@ -180,6 +179,32 @@ TEST_P(Watertight, DeepTilesUnderAnEyeTwoMetresUp) {
       for (const raster::Rgba8& pixel : readColour(target).samples)
         ASSERT_FALSE(pixel.r == 255 && pixel.g == 0 && pixel.b == 255) << "place " << place << ", view " << i;
     }
+  }
+}
+
+// Around a vertex of tiles thousands of kilometres wide: a rounding of one float beside it would be a hole of many
+// pixels.
+TEST_P(Watertight, LargeTilesUnderAnEyeTwoMetresUp) {
+  auto random = geo::seededGenerator();
+  const tiling::Tiling tiling(GetParam());
+  const geo::Ellipsoid ellipsoid = geo::earth().ellipsoid;
+  scene::Frame frame;
+  frame.background = kMagenta;
+  frame.tiles = oneLevel(tiling, ellipsoid, 2, Relief{9000.0});
+  Renderer renderer = makeRenderer();
+  RenderTarget target = makeTarget(kSize);
+  for (int i = 0; i < 60; ++i) {
+    const scene::TerrainMesh& mesh = *frame.tiles[random() % frame.tiles.size()].mesh;
+    const std::uint32_t edge = mesh.fineEdge[random() % 4].first;  // its first triangle begins on the edge
+    const auto vertex = mesh.origin + geo::Vec3(mesh.vertices[mesh.indices[edge]].position_tile);
+    const geo::Geodetic at = ellipsoid.geodeticFromBody(vertex);
+    frame.view = synthetic::viewAt(ellipsoid, at.lat.degrees(), at.lon.degrees(), at.height_m + 2.0,
+                                   geo::uniform(random, 0, 360), -90, kSize, 60);
+    renderer.draw(frame, target);
+    int holes = 0;
+    for (const raster::Rgba8& pixel : readColour(target).samples)
+      holes += pixel.r == 255 && pixel.g == 0 && pixel.b == 255 ? 1 : 0;
+    ASSERT_EQ(holes, 0) << "view " << i << " at " << at.lat.degrees() << ", " << at.lon.degrees();
   }
 }
 
