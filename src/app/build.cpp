@@ -117,7 +117,7 @@ void addBuild(CLI::App& program) {
       "A run that was interrupted, or even killed, goes on where it was when the same command is given again, and "
       "ends\n"
       "with the same bytes. Until then the work is in OUT.tdb.part.\n\n"
-      "Example: the whole Earth, then Mount Everest over it, three times finer than anywhere else\n"
+      "Example: the whole Earth, then Mount Everest over it in more detail\n"
       "  tellurion build earth.tdb etopo5_dem_10min.tif --kind elevation\n"
       "  tellurion build earth.tdb srtm3_everest_N27E086.tif --kind elevation --append");
   command->callback([arguments] { run(*arguments); });

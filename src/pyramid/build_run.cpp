@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "pyramid/geometric_error.h"
+
 namespace tellurion::pyramid {
 namespace {
 
@@ -104,7 +106,7 @@ TileMaker& BuildRun::makerOfThisThread() {
 }
 
 io::Result<TileTask> BuildRun::taskFor(const Candidate& candidate) {
-  TileTask task{.id = candidate.id, .inputs = candidate.inputs, .children = {}, .beyond = {}};
+  TileTask task{.id = candidate.id, .inputs = candidate.inputs, .children = {}, .beyond = {}, .deeper = {}};
   if (candidate.id.level >= plan_.deepestLevel) return task;
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     auto child = database_.read(candidate.id.child(quadrant));
@@ -113,7 +115,33 @@ io::Result<TileTask> BuildRun::taskFor(const Candidate& candidate) {
   }
   if (plan_.meta.kind != raster::Kind::elevation || !task.hasChildren()) return task;
   if (auto ok = readBeyond(task); !ok) return tl::unexpected(ok.error());
+  if (auto ok = readDeeper(task); !ok) return tl::unexpected(ok.error());
   return task;
+}
+
+/// The stored tiles from the grandchildren down to the last level that the error is measured against.
+io::Result<void> BuildRun::readDeeper(TileTask& task) {
+  struct Parent {
+    tiling::TileId id;
+    std::uint8_t childMask;
+  };
+  std::vector<Parent> parents;
+  for (const auto& child : task.children) {
+    if (child) parents.push_back({child->id, child->childMask});
+  }
+  for (std::size_t i = 0; i < parents.size(); ++i) {
+    const Parent parent = parents[i];
+    if (parent.id.level - task.id.level >= kComparedLevels) continue;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      if ((parent.childMask & (1 << quadrant)) == 0) continue;
+      auto record = database_.read(parent.id.child(quadrant));
+      if (!record) return tl::unexpected(record.error());
+      if (!*record) continue;
+      parents.push_back({(*record)->id, (*record)->childMask});
+      task.deeper.push_back(std::move(**record));
+    }
+  }
+  return {};
 }
 
 /// The stored tiles of the children's level across each half of each edge.

@@ -24,16 +24,13 @@ class BuildRun {
 
  private:
   using Made = io::Result<std::optional<TileRecord>>;
-  struct Pending {
-    tiling::TileId id;
-    bool stored = false;  ///< there is a row already: an append replaces it
-  };
 
   io::Result<void> prepareBase();
   io::Result<void> runLevel();
   io::Result<void> submit(const Candidate& candidate);
   io::Result<TileTask> taskFor(const Candidate& candidate);
   io::Result<void> readBeyond(TileTask& task);
+  io::Result<void> readDeeper(TileTask& task);
   io::Result<void> finishOldest();
   io::Result<void> beginGroup();
   io::Result<void> commitGroup();

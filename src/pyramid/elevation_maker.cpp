@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "pyramid/geometric_error.h"
 #include "pyramid/sample_views.h"
 #include "pyramid/tile_maker.h"
 #include "pyramid/tile_places.h"
@@ -94,66 +94,6 @@ HeightStatistics rangeOf(const Raster<float>& samples) {
   return range;
 }
 
-/// The tile's bilinear surface at half steps (column2 / 2, row2 / 2): the mean of one, two or four samples, of those
-/// that have data. NaN when none has.
-double surfaceAtHalfSteps(const Raster<float>& samples, int column2, int row2) {
-  double sum = 0.0;
-  int count = 0;
-  for (int row = row2 / 2; row <= (row2 + 1) / 2; ++row) {
-    for (int column = column2 / 2; column <= (column2 + 1) / 2; ++column) {
-      const float height = sampleOf(samples, column, row);
-      if (isNoData(height)) continue;
-      sum += static_cast<double>(height);
-      ++count;
-    }
-  }
-  return count == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / count;
-}
-
-/// The largest vertical distance between the tile's surface and a child's. Both are bilinear on nested grids, so it is
-/// reached at one of the child's samples. Where only the child has data, it is `missing_m`.
-double distanceToChild(const Raster<float>& samples, int quadrant, const Raster<float>& child, double missing_m) {
-  const int cells = samples.width - 1 - 2 * kGutter;
-  double largest = 0.0;
-  for (int row = 0; row <= cells; ++row) {
-    for (int column = 0; column <= cells; ++column) {
-      const float height = sampleOf(child, column, row);
-      if (isNoData(height)) continue;
-      const double surface =
-          surfaceAtHalfSteps(samples, column + (quadrant & 1) * cells, row + (quadrant >> 1) * cells);
-      const double distance = std::isnan(surface) ? missing_m : std::abs(static_cast<double>(height) - surface);
-      largest = std::max(largest, distance);
-    }
-  }
-  return largest;
-}
-
-float roundedUp(double value) {
-  const auto nearest = static_cast<float>(value);
-  if (static_cast<double>(nearest) >= value) return nearest;
-  return std::nextafter(nearest, std::numeric_limits<float>::infinity());
-}
-
-using Children = std::array<std::optional<Raster<float>>, 4>;
-
-/// Range over the tile and everything below it, and a bound on the error: the distance to each child's surface plus the
-/// child's own error (triangle inequality).
-void summarise(const Raster<float>& samples, const Children& children, TileRecord& record) {
-  HeightStatistics& own = record.statistics;
-  own = rangeOf(samples);
-  for (const HeightStatistics& child : record.children) {
-    if (isNoData(child.min_m)) continue;
-    own.min_m = isNoData(own.min_m) ? child.min_m : std::min(own.min_m, child.min_m);
-    own.max_m = isNoData(own.max_m) ? child.max_m : std::max(own.max_m, child.max_m);
-  }
-  const double range_m = isNoData(own.min_m) ? 0.0 : static_cast<double>(own.max_m) - static_cast<double>(own.min_m);
-  for (std::size_t q = 0; q < 4; ++q) {
-    if (!children[q]) continue;
-    const double distance = distanceToChild(samples, static_cast<int>(q), *children[q], range_m);
-    own.error_m = std::max(own.error_m, roundedUp(distance + static_cast<double>(record.children[q].error_m)));
-  }
-}
-
 io::Result<Raster<float>> samplesOf(const TileRecord& record, int cells) {
   const int side = sideOf(raster::Kind::elevation, cells);
   auto samples = raster::decodeElevation(record.payload, side, side);
@@ -161,18 +101,58 @@ io::Result<Raster<float>> samplesOf(const TileRecord& record, int cells) {
   return samples;
 }
 
-io::Result<Children> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& record) {
-  Children children;
+/// Takes over the children's samples and statistics.
+io::Result<void> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& record) {
   for (std::size_t q = 0; q < 4; ++q) {
     if (!task.children[q]) continue;
-    auto samples = samplesOf(*task.children[q], canvas.cells);
+    const auto samples = samplesOf(*task.children[q], canvas.cells);
     if (!samples) return tl::unexpected(samples.error());
     takeChild(canvas, static_cast<int>(q), *samples);
     record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
     record.children[q] = task.children[q]->statistics;
-    children[q] = std::move(*samples);
   }
-  return children;
+  return {};
+}
+
+/// Range over the tile and everything below it; of the error, that it is no smaller than a child's.
+HeightStatistics statisticsOf(const Raster<float>& samples, const TileRecord& record) {
+  HeightStatistics own = rangeOf(samples);
+  for (const HeightStatistics& child : record.children) {
+    own.error_m = std::max(own.error_m, child.error_m);
+    if (isNoData(child.min_m)) continue;
+    own.min_m = isNoData(own.min_m) ? child.min_m : std::min(own.min_m, child.min_m);
+    own.max_m = isNoData(own.max_m) ? child.max_m : std::max(own.max_m, child.max_m);
+  }
+  return own;
+}
+
+/// Raises the error to the distance to a tile below. One that is covered by deeper ones, which are compared too, is
+/// left out; one of the last level that is compared adds its own error.
+io::Result<void> raiseError(const Raster<float>& samples, const TileRecord& below, int cells, TileRecord& record) {
+  constexpr std::uint8_t kAllChildren = 15;
+  const bool isLast = below.id.level - record.id.level == kComparedLevels;
+  if (below.childMask == kAllChildren && !isLast) return {};
+  const auto samplesBelow = samplesOf(below, cells);
+  if (!samplesBelow) return tl::unexpected(samplesBelow.error());
+  HeightStatistics& own = record.statistics;
+  const double missing_m = static_cast<double>(own.max_m) - static_cast<double>(own.min_m);
+  const double distance = distanceToDescendant(record.id, samples, below.id, *samplesBelow, missing_m);
+  const double beyond = isLast ? static_cast<double>(below.statistics.error_m) : 0.0;
+  own.error_m = std::max(own.error_m, roundedUp(distance + beyond));
+  return {};
+}
+
+io::Result<void> summarise(const TileTask& task, const Canvas& canvas, TileRecord& record) {
+  record.statistics = statisticsOf(canvas.samples, record);
+  if (isNoData(record.statistics.min_m)) return {};
+  for (const auto& child : task.children) {
+    if (!child) continue;
+    if (auto ok = raiseError(canvas.samples, *child, canvas.cells, record); !ok) return ok;
+  }
+  for (const TileRecord& below : task.deeper) {
+    if (auto ok = raiseError(canvas.samples, below, canvas.cells, record); !ok) return ok;
+  }
+  return {};
 }
 
 io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
@@ -210,11 +190,10 @@ io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::v
 io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& task) {
   Canvas canvas(plan_.meta.tileCells);
   TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}};
-  const auto children = takeChildren(task, canvas, record);
-  if (!children) return tl::unexpected(children.error());
+  if (auto ok = takeChildren(task, canvas, record); !ok) return tl::unexpected(ok.error());
   if (auto ok = takeGutters(task, canvas); !ok) return tl::unexpected(ok.error());
   if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples); !ok) return tl::unexpected(ok.error());
-  summarise(canvas.samples, *children, record);
+  if (auto ok = summarise(task, canvas, record); !ok) return tl::unexpected(ok.error());
   if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
   return std::optional(std::move(record));

@@ -25,6 +25,7 @@ struct TileTask {
   /// Elevation: the tiles of the children's level that touch an edge from outside, [edge][half], half 0 at the smaller
   /// s or t.
   std::array<std::array<std::optional<AdjacentTile>, 2>, 4> beyond;
+  std::vector<TileRecord> deeper;  ///< elevation: stored tiles below the children, down to kComparedLevels
   bool hasChildren() const;
 };
 
