@@ -54,7 +54,8 @@ struct HeadlessContext::Egl {
   Egl& operator=(const Egl&) = delete;
   ~Egl() {
     if (context != EGL_NO_CONTEXT) {
-      eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+      // Another one may be current by now: then that one stays.
+      if (eglGetCurrentContext() == context) eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
       eglDestroyContext(display, context);
     }
     // The display is left as it is: EGL shares it between all users in the process.

@@ -46,7 +46,7 @@ bool ranOutOfMemory() {
   bool out = false;
   for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
     assert(error == GL_OUT_OF_MEMORY);
-    out = true;
+    out = out || error == GL_OUT_OF_MEMORY;
   }
   return out;
 }
