@@ -1,0 +1,284 @@
+#!/usr/bin/env python3
+"""The subcommands that make pictures, driven as a script would: render, fly and bench.
+
+    pictures_test.py PROGRAM SOURCE_DIR WORK_DIR
+
+Exit status 77 (skipped) where there is no OpenGL. Pictures and depths are read by this file itself.
+"""
+import csv
+import json
+import math
+import pathlib
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import zlib
+
+SKIPPED = 77
+MARS_RADIUS_M = 3396190.0
+SIZE = (96, 64)
+STATS = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "complete", "tiles_wanted",
+         "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
+PATH = "seconds,lat,lon,height_m,heading,pitch,roll\n0,0,170,9000000,0,-90,0\n0.5,20,-170,3000000,30,-60,0\n"
+
+
+def png_pixels(path):
+    """(width, height, rows of (r, g, b)) of an 8-bit RGB or RGBA PNG that is not interlaced."""
+    data = path.read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n", f"{path} is no PNG"
+    at, packed = 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + length]
+        assert zlib.crc32(kind + body) == struct.unpack(">I", data[at + 8 + length:at + 12 + length])[0], "a chunk's checksum"
+        if kind == b"IHDR":
+            width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", body)
+        if kind == b"IDAT":
+            packed += body
+        at += 12 + length
+    assert (depth, interlace) == (8, 0) and colour in (2, 6), f"{path}: depth {depth}, colour type {colour}"
+    channels = 3 if colour == 2 else 4
+    flat, previous, rows = zlib.decompress(packed), bytes(width * channels), []
+    for row in range(height):
+        start = row * (width * channels + 1)
+        line = unfiltered(flat[start], bytearray(flat[start + 1:start + 1 + width * channels]), previous, channels)
+        rows.append([tuple(line[i:i + 3]) for i in range(0, len(line), channels)])
+        previous = line
+    return width, height, rows
+
+
+def unfiltered(kind, line, above, channels):
+    """One PNG row without its filter (PNG specification, 9.2)."""
+    for i, value in enumerate(line):
+        left = line[i - channels] if i >= channels else 0
+        corner = above[i - channels] if i >= channels else 0
+        if kind == 4:
+            estimate = left + above[i] - corner
+            guess = min((left, above[i], corner), key=lambda v: abs(estimate - v))
+        else:
+            guess = (0, left, above[i], (left + above[i]) // 2)[kind]
+        line[i] = (value + guess) & 255
+    return line
+
+
+def tiff_floats(path):
+    """(width, height, values by row) of a one-band little-endian float32 TIFF in strips, plain or deflated."""
+    data = path.read_bytes()
+    assert data[:4] == b"II*\0", f"{path} is no little-endian TIFF"
+    at = struct.unpack("<I", data[4:8])[0]
+    tags = {}
+    for i in range(struct.unpack("<H", data[at:at + 2])[0]):
+        tag, kind, count, value = struct.unpack("<HHI4s", data[at + 2 + 12 * i:at + 14 + 12 * i])
+        size, letter = {3: (2, "H"), 4: (4, "I")}.get(kind, (0, ""))
+        if not size:
+            continue
+        where = value if size * count <= 4 else data[struct.unpack("<I", value)[0]:]
+        tags[tag] = struct.unpack(f"<{count}{letter}", where[:size * count])
+    width, height, rows_a_strip = tags[256][0], tags[257][0], tags.get(278, tags[257])[0]
+    assert (tags[258], tags.get(277, (1,)), tags[339]) == ((32,), (1,), (3,)), f"{path} holds no single float32 band"
+    compression, predictor = tags.get(259, (1,))[0], tags.get(317, (1,))[0]
+    assert compression in (1, 8) and predictor in (1, 3), f"{path}: compression {compression}, predictor {predictor}"
+    rows = []
+    for offset, count in zip(tags[273], tags[279]):
+        strip = data[offset:offset + count]
+        strip = zlib.decompress(strip) if compression == 8 else strip
+        for row in range(min(rows_a_strip, height - len(rows))):
+            line = strip[4 * width * row:4 * width * (row + 1)]
+            rows.append(struct.unpack(f"<{width}f", unpredicted(line, width) if predictor == 3 else line))
+    return width, height, rows
+
+
+def unpredicted(line, width):
+    """One row without TIFF's floating-point predictor: bytes summed, then planes from the highest byte interleaved."""
+    total, sums = 0, bytearray()
+    for byte in line:
+        total = (total + byte) & 255
+        sums.append(total)
+    return bytes(sums[(3 - i % 4) * width + i // 4] for i in range(4 * width))
+
+
+class Pictures:
+    def __init__(self, program, source, work):
+        self.program = program
+        self.work = work
+        self.database = work / "mars.tdb"
+        self.source = source
+        self.path = work / "path.csv"
+        self.path.write_text(PATH)
+
+    def run(self, *words, status=0):
+        done = subprocess.run([self.program, *map(str, words)], capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == status, f"{words}: status {done.returncode}, not {status}: {done.stderr[-1000:]}"
+        return done
+
+    def render(self, *words, camera="0,0,9000000,0,-90,0", status=0, scene=None):
+        return self.run("render", scene or self.database, "--camera", camera, *words, status=status)
+
+    def build(self):
+        self.run("build", self.database, self.source / "data/mars/mola_dem_4ppd.tif", "--kind", "elevation", "--max-level", 1)
+
+    def has_opengl(self):
+        done = subprocess.run([self.program, "render", self.database, "--camera", "0,0,9e6", "--size", "8x8", "-o",
+                               self.work / "first.png"], capture_output=True, text=True, timeout=120, check=False)
+        if done.returncode == 1 and "OpenGL" in done.stderr:
+            print(done.stderr.strip())
+            return False
+        return True
+
+    def test_picture_and_background(self):
+        out = self.work / "mars.png"
+        self.render("--size", "96x64", "-o", out, "--background", "12A0F0")
+        width, height, rows = png_pixels(out)
+        assert (width, height) == SIZE
+        for corner in (rows[0][0], rows[0][-1], rows[-1][0], rows[-1][-1]):
+            assert corner == (0x12, 0xA0, 0xF0), corner
+        assert rows[32][48] != (0x12, 0xA0, 0xF0), "no planet in the middle"
+        assert not list(self.work.glob("*.part")), "a temporary file is left"
+
+    def test_same_bytes_each_time(self):
+        for name in ("one.png", "two.png"):
+            self.render("--size", "96x64", "-o", self.work / name)
+        assert (self.work / "one.png").read_bytes() == (self.work / "two.png").read_bytes()
+
+    def test_depth(self):
+        depth, stats = self.work / "depth.tif", self.work / "depth.json"
+        self.render("--size", "97x65", "-o", self.work / "depth.png", "--depth", depth, "--stats", stats, "--fov", 60)
+        width, height, rows = tiff_floats(depth)
+        assert (width, height) == (97, 65)
+        assert math.isnan(rows[0][0]) and math.isnan(rows[-1][-1])
+        ground = float(self.run_query("0 0\n"))
+        miss = abs(rows[32][48] - (9e6 - ground))
+        # The tolerance of one pixel, seen from here.
+        pixel_m = 9e6 * 2 * math.tan(math.radians(30)) / 65
+        assert miss < pixel_m * json.loads(stats.read_text())["max_screen_error_px"] + 1.0, miss
+        # Beyond the horizon's distance nothing can be seen.
+        horizon = math.sqrt((MARS_RADIUS_M + 9e6) ** 2 - (MARS_RADIUS_M - 9e3) ** 2) + 4e5
+        assert all(math.isnan(d) or 8.9e6 < d < horizon for row in rows for d in row)
+
+    def run_query(self, places):
+        done = subprocess.run([self.program, "query", self.database], input=places, capture_output=True, text=True,
+                              timeout=60, check=True)
+        return done.stdout.split()[0]
+
+    def test_stats(self):
+        stats = self.work / "stats.json"
+        self.render("--size", "96x64", "-o", self.work / "stats.png", "--stats", stats)
+        figures = json.loads(stats.read_text())
+        missing = [name for name in STATS if name not in figures]
+        assert not missing, f"{missing} not in {figures}"
+        assert figures["complete"] is True and figures["tiles_wanted"] == 0 and figures["failed_requests"] == 0
+        assert figures["tiles_drawn"] > 0 and figures["triangles"] > 0 and 1 <= figures["draw_calls"] <= 4
+        assert 0 <= figures["max_screen_error_px"] <= 1.0 and figures["frame_ms"] > 0
+        assert sum(figures["tiles_a_level"]) == figures["tiles_drawn"]
+
+    def test_wrong_use(self):
+        out = self.work / "never.png"
+        wrong = [("render", self.database, "-o", out), ("render", "--camera", "0,0,1e6", "-o", out),
+                 ("render", self.database, "--camera", "0,0,1e6"), ("fly", self.database, "-o", out), ("bench", self.database),
+                 ("bench", self.database, "--path", self.work / "absent.csv")]
+        for option, value in (("--camera", "1,2"), ("--camera", "91,0,1e6"), ("--camera", "0,0,1e6,x"), ("--camera", "nan,0,1e6"),
+                              ("--size", "0x9"), ("--size", "9"), ("--size", "9x9x9"), ("--size", "99999x9"), ("--fov", "0"),
+                              ("--fov", "nan"), ("--fov", "180"), ("--tolerance", "-1"), ("--tolerance", "nan"),
+                              ("--background", "12345"), ("--background", "red"), ("--timeout", "-1"), ("--nonsense", "1")):
+            camera = () if option == "--camera" else ("--camera", "0,0,1e6")
+            wrong.append(("render", self.database, *camera, option, value, "-o", out))
+        for words in wrong:
+            done = self.run(*words, status=2)
+            assert done.stderr.strip() and not done.stdout.strip(), f"{words}: no message on stderr"
+        assert not out.exists()
+
+    def test_failed_runs(self):
+        out = self.work / "never.png"
+        nowhere = self.work / "absent" / "x"
+        (self.work / "broken.toml").write_text('body = "mars"\n[[elevation]]\nsource = "absent.tdb"\n')
+        (self.work / "broken.csv").write_text("seconds,lat\n0,0\n")
+        (self.work / "empty.csv").write_text("")
+        fly = ("fly", self.database, "--fps", 4, "--size", "32x24")
+        failures = [
+            (("render", self.work / "absent.toml", "--camera", "0,0,1e6", "-o", out), "absent.toml"),
+            (("render", self.work / "absent.tdb", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
+            (("render", self.work / "broken.toml", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
+            (("render", self.path, "--camera", "0,0,1e6", "-o", out), "path.csv"),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", nowhere), "absent"),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", self.work), str(self.work)),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--depth", nowhere), "absent"),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--stats", nowhere), "absent"),
+            ((*fly, "--path", self.work / "broken.csv", "-o", self.work / "never"), "broken.csv"),
+            ((*fly, "--path", self.work / "empty.csv", "-o", self.work / "never"), "empty.csv"),
+            ((*fly, "--path", self.path, "-o", self.path), "path.csv"),
+            (("bench", self.database, "--path", self.path, "--size", "32x24", "--stats", nowhere), "absent"),
+        ]
+        for words, named in failures:
+            done = self.run(*words, status=1)
+            assert named in done.stderr, f"{words}: the message does not name {named}: {done.stderr}"
+        assert not list(self.work.glob("*.part")), "a temporary file is left"
+
+    def test_timeout(self):
+        out = self.work / "hurried.png"
+        done = self.render("--size", "96x64", "-o", out, "--timeout", 0, status=1)
+        assert "hurried.png" in done.stderr and "timeout" in done.stderr, done.stderr
+        assert png_pixels(out)[:2] == SIZE
+
+    def test_flight_into_a_folder(self):
+        folders = [self.work / "flight_a", self.work / "flight_b"]
+        for folder in folders:
+            self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "48x32", "-o", folder)
+        names = sorted(p.name for p in folders[0].iterdir())
+        assert names == [f"frame_{i:05}.png" for i in range(5)], names  # 0, 1/8 ... 1/2 s
+        frames = [(folders[0] / name).read_bytes() for name in names]
+        assert frames == [(folders[1] / name).read_bytes() for name in names]
+        assert len(set(frames)) == len(frames), "the camera does not move"
+        assert png_pixels(folders[0] / names[0])[:2] == (48, 32)
+
+    def test_flight_into_a_video(self):
+        if not shutil.which("ffmpeg"):
+            print("  no ffmpeg: not tested")
+            return
+        for name in ("flight.mp4", "it's : odd.mp4"):
+            out = self.work / name
+            self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "47x31", "-o", out)
+            assert out.read_bytes()[4:8] == b"ftyp", f"{name} is no MP4"
+        self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "48x32", "-o", self.work / "absent/f.mp4", status=1)
+        assert not list(self.work.glob("*.part")), "a temporary file is left"
+
+    def test_bench(self):
+        table = self.work / "frames.csv"
+        words = ("bench", self.database, "--path", self.path, "--size", "48x32")
+        plain = self.run(*words, "--stats", table).stdout
+        for percentile in ("p50", "p90", "p99", "max"):
+            assert re.search(rf"^frame_ms_{percentile} +\d+\.\d+$", plain, re.MULTILINE), plain
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        missing = [name for name in ["time_s", "level_0", "level_1", *STATS] if name not in rows[0]]
+        assert not missing, f"{missing} not in frames.csv"
+        assert len(rows) == int(re.search(r"^frames +(\d+)$", plain, re.MULTILINE)[1])
+        times = [float(row["time_s"]) for row in rows]
+        assert times[0] == 0.0 and times == sorted(times) and times[-1] <= 0.5, times
+        assert all(sum(int(v) for k, v in row.items() if k.startswith("level_")) == int(row["tiles_drawn"]) for row in rows)
+        summary = json.loads(self.run(*words, "--json").stdout)
+        assert summary["frames"] > 0 and summary["failed_requests"] == 0
+        assert summary["frame_ms_p50"] <= summary["frame_ms_p90"] <= summary["frame_ms_p99"] <= summary["frame_ms_max"]
+
+
+def main():
+    program, source, work = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    pictures = Pictures(program, source, work)
+    pictures.build()
+    if not pictures.has_opengl():
+        return SKIPPED
+    failed = 0
+    for name in (n for n in dir(pictures) if n.startswith("test_")):
+        try:
+            getattr(pictures, name)()
+            print(f"ok    {name}")
+        except AssertionError as error:
+            failed += 1
+            print(f"FAULT {name}: {error}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
