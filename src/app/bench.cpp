@@ -95,6 +95,7 @@ io::Result<void> bench(const Arguments& arguments) {
   if (!studio) return tl::unexpected(studio.error());
   const InterruptStop interrupt;
   const std::vector<FrameFigures> frames = play(*studio, *path, arguments.picture, interrupt.token());
+  if (frames.empty()) return io::fail(io::Failure::Code::cancelled, "stopped before the first frame");
   if (!arguments.stats.empty()) {
     std::string text = csvHeader();
     for (const FrameFigures& frame : frames)

@@ -98,14 +98,12 @@ void addFly(CLI::App& program) {
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);
-  command->add_option("--fps", arguments->fps, "Frames a second")
-      ->check(CLI::Range(0.001, 1000.0))
-      ->capture_default_str();
+  command->add_option("--fps", arguments->fps, "Frames a second")->check(between(0.001, 1000.0))->capture_default_str();
   command
       ->add_option("-o,--output", arguments->output, "A folder for frame_00000.png and on, or a file that ends in .mp4")
       ->required();
   command->add_option("--timeout", arguments->timeout_s, "Seconds to wait for all that a frame needs")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(between(0.0, 1e6))
       ->capture_default_str();
   command->footer(
       "Every frame waits for all that it needs, so the pictures are the same on every run. An MP4 needs ffmpeg.\n\n"

@@ -87,8 +87,10 @@ io::Result<void> writeTextFile(const std::filesystem::path& path, const std::str
   }
   std::error_code error;
   std::filesystem::rename(part, path, error);
-  if (error) return io::fail(io::Failure::Code::ioError, "cannot be written: " + error.message(), path.string());
-  return {};
+  if (!error) return {};
+  std::error_code ignored;
+  std::filesystem::remove(part, ignored);
+  return io::fail(io::Failure::Code::ioError, "cannot be written: " + error.message(), path.string());
 }
 
 }  // namespace tellurion::app

@@ -70,7 +70,7 @@ void addRender(CLI::App& program) {
                       "A float32 TIFF of metres from the eye to the surface, NaN for sky, to write too");
   command->add_option("--stats", arguments->stats, "A JSON file of figures to write too");
   command->add_option("--timeout", arguments->timeout_s, "Seconds to wait for all that the view needs")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(between(0.0, 1e6))
       ->capture_default_str();
   command->footer(
       "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n\n"

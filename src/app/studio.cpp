@@ -58,13 +58,22 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
       ->check(sizeProblem)
       ->capture_default_str();
   command.add_option("--fov", arguments.fov_degrees, "Vertical field of view in degrees")
-      ->check(CLI::Range(0.001, 170.0))
+      ->check(between(0.001, 170.0))
       ->capture_default_str();
   command.add_option("--tolerance", arguments.tolerance_px, "Geometric error on screen that is fine, in pixels")
-      ->check(CLI::Range(0.01, 1000.0))
+      ->check(between(0.01, 1000.0))
       ->capture_default_str();
   command.add_option("--background", arguments.background, "Colour of the sky, RRGGBB; else what the scene says")
       ->check(colourProblem);
+}
+
+CLI::Validator between(double low, double high) {
+  const auto problem = [low, high](std::string& text) {
+    double value = 0.0;
+    const bool fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+    return fine ? std::string() : fmt::format("'{}' is not a number from {} to {}", text, low, high);
+  };
+  return {problem, fmt::format("{} to {}", low, high)};
 }
 
 std::string cameraProblem(const std::string& text) {

@@ -29,6 +29,9 @@ struct PictureArguments {
 /// SCENE, --size, --fov, --tolerance and --background, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments);
 
+/// A check for an option that holds a number; CLI11's own range lets NaN through.
+CLI::Validator between(double low, double high);
+
 /// A check for an option that holds a camera.
 std::string cameraProblem(const std::string& text);
 

@@ -35,7 +35,7 @@ io::Result<VideoPipe> VideoPipe::open(const std::filesystem::path& path, scene::
       "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -preset fast -crf 18 -pix_fmt yuv420p -threads 2 -fflags "
       "+bitexact "
       "-flags:v +bitexact -movflags +faststart -f mp4 {} 1>&2",
-      size.width, size.height, framesPerSecond, quotedForShell(path.string() + ".part"));
+      size.width, size.height, framesPerSecond, quotedForShell("file:" + path.string() + ".part"));
   std::FILE* pipe = popen(command.c_str(), "w");
   if (pipe == nullptr) return io::fail(io::Failure::Code::ioError, "ffmpeg cannot be started", path.string());
   return VideoPipe(path, pipe);
