@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(scene::TerrainVertex);
 constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
-constexpr std::uint32_t kFirstUnits = 1u << 17u;  // 3 MiB of vertices
+constexpr std::uint32_t kFirstUnits = 1u << 17u;  // 4 MiB of vertices
 constexpr double kVertexShare = 0.66;             // of a tile's geometry: a regular grid has 101 KB and 49 KB
 
 void describeVertices(GLuint vao) {
@@ -21,7 +21,9 @@ void describeVertices(GLuint vao) {
   glVertexArrayAttribFormat(vao, 1, 3, GL_SHORT, GL_TRUE, offsetof(V, up_body));
   glEnableVertexArrayAttrib(vao, 2);
   glVertexArrayAttribFormat(vao, 2, 2, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(V, s));
-  for (GLuint attribute = 0; attribute < 3; ++attribute)
+  glEnableVertexArrayAttrib(vao, 9);
+  glVertexArrayAttribFormat(vao, 9, 3, GL_SHORT, GL_FALSE, offsetof(V, fine_tile));
+  for (const GLuint attribute : {0u, 1u, 2u, 9u})
     glVertexArrayAttribBinding(vao, attribute, 0);
 }
 

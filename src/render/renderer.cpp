@@ -40,7 +40,7 @@ FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
   const geo::Vec3 toSun = frame.light.toSun_body;
   return {.viewFromBody = geo::Mat4f(geo::Mat3f(view.viewFromBody)),
           .projection = {static_cast<float>(xScale), static_cast<float>(yScale), kNearPlane_m, 0.0f},
-          .eyeRemainder = geo::Vec4f(eye.remainder, 0.0f),
+          .eyeRemainder = geo::Vec4f(eye.remainder, static_cast<float>(frame.vertexGrid_m)),
           .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
           .lightSwitch = {frame.light.enabled ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f}};
 }

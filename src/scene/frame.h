@@ -11,14 +11,17 @@
 
 namespace tellurion::scene {
 
-/// 24 bytes, as the vertex shader reads it.
+/// 32 bytes, as the vertex shader reads it. Its place is exact: origin + position_tile + fine_tile *
+/// Frame::vertexGrid_m, all multiples of that grid, so tiles that share a vertex, whatever their levels, have the same
+/// bits in body coordinates.
 struct TerrainVertex {
   geo::Vec3f position_tile;               ///< metres from the mesh's origin, body axes
   std::array<std::int16_t, 4> up_body{};  ///< the ellipsoid's normal, signed normalised 16 bit; the fourth is padding
   std::uint16_t s = 0;                    ///< tile-local place, 0..65535 for 0..1
   std::uint16_t t = 0;
+  std::array<std::int16_t, 4> fine_tile{};  ///< what single precision lost, in steps of the grid; the fourth is padding
 };
-static_assert(sizeof(TerrainVertex) == 24);
+static_assert(sizeof(TerrainVertex) == 32);
 
 struct IndexRange {
   std::uint32_t first = 0;
@@ -26,11 +29,12 @@ struct IndexRange {
 };
 
 /// A tile's triangles, made once on a worker. Counter-clockwise from outside. Immutable once made.
-/// The triangles that touch an edge exist twice: with the edge's own vertices (fine), and with every second one only,
-/// to meet a neighbour one level coarser. Drawn are the interior and, for each edge, one of the two.
+/// The triangles that touch an edge exist twice: with the edge's own vertices (fine), and with those that a neighbour
+/// one level coarser has there. Drawn are the interior and, for each edge, one of the two.
 struct TerrainMesh {
   std::uint64_t serial = 0;  ///< unique in the process; what GPU copies are keyed by
-  geo::BodyPosition origin;  ///< on the displaced ground near the tile's centre, rounded to 2^-10 m
+  geo::BodyPosition
+      origin;  ///< on the displaced ground near the tile's centre, a multiple of 2^-10 m and of the vertex grid
   std::vector<TerrainVertex> vertices;
   std::vector<std::uint16_t> indices;
   IndexRange interior;
@@ -89,7 +93,8 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  bool complete = false;  ///< nothing finer is wanted
+  bool complete = false;          ///< nothing finer is wanted
+  double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;
 };
 

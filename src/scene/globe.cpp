@@ -121,6 +121,7 @@ struct Globe::State final : public TileTree {
         contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(options.cpuCacheBytes))),
         executor(options.workers) {
     frame.background = scene.background;
+    frame.vertexGrid_m = vertexGrid_m(maker.ellipsoid);
   }
 
   /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop

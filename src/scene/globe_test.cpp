@@ -101,6 +101,49 @@ void expectWhole(const Frame& frame, const Tiling& tiling, std::mt19937_64& rand
   }
 }
 
+using Bits = std::array<double, 3>;
+
+/// No crack: every side of a drawn triangle is the side of another one, the other way round and the same to the last
+/// bit, unless what lies beyond is not drawn.
+void expectWatertight(const Frame& frame, const Tiling& tiling) {
+  std::set<TileId> drawn;
+  std::set<std::pair<Bits, Bits>> sides;
+  const auto forEachSide = [&](const auto& visit) {
+    for (const DrawnTile& tile : frame.tiles) {
+      const TerrainMesh& mesh = *tile.mesh;
+      const auto place = [&](std::uint32_t i) {
+        const TerrainVertex& v = mesh.vertices[mesh.indices[i]];
+        const geo::Vec3 fine(v.fine_tile[0], v.fine_tile[1], v.fine_tile[2]);
+        const geo::Vec3 p = mesh.origin.m + geo::Vec3(v.position_tile) + fine * frame.vertexGrid_m;
+        return Bits{p.x, p.y, p.z};
+      };
+      for (std::size_t group = 0; group < 5; ++group) {
+        const bool coarse = group < 4 && ((tile.coarseEdges >> group) & 1) != 0;
+        const IndexRange range = group == 4 ? mesh.interior : (coarse ? mesh.coarseEdge : mesh.fineEdge)[group];
+        for (std::uint32_t i = range.first; i < range.first + range.count; i += 3) {
+          for (std::uint32_t k = 0; k < 3; ++k)
+            visit(tile, group, place(i + k), place(i + (k + 1) % 3));
+        }
+      }
+    }
+  };
+  for (const DrawnTile& tile : frame.tiles)
+    drawn.insert(tile.id);
+  forEachSide([&](const DrawnTile&, std::size_t, const Bits& a, const Bits& b) { sides.insert({a, b}); });
+  int open = 0;
+  forEachSide([&](const DrawnTile& tile, std::size_t group, const Bits& a, const Bits& b) {
+    if (a == b || sides.count({b, a}) != 0) return;
+    if (group == 4) {
+      ++open;
+      return;
+    }
+    const TileId beyond = tiling.edgeNeighbour(tile.id, tiling::kEdges[group]).tile;
+    const bool coarser = beyond.level > 0 && drawn.count(beyond.parent()) != 0;
+    open += coarser || drawn.count(beyond) != 0 ? 1 : 0;
+  });
+  ASSERT_EQ(open, 0);
+}
+
 class GlobeOnTiling : public testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(All, GlobeOnTiling, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
                          [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
@@ -112,6 +155,7 @@ TEST_P(GlobeOnTiling, drawsTheWholeGlobeFromOrbit) {
   const Frame& frame = loaded(*p.globe, viewFrom(20, 10, 15e6, 0, -90));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   expectWhole(frame, Tiling(GetParam()), random);
+  expectWatertight(frame, Tiling(GetParam()));
   std::uint32_t triangles = 0;
   for (const DrawnTile& t : frame.tiles) {
     triangles += t.mesh->interior.count / 3;
@@ -143,6 +187,7 @@ TEST_P(GlobeOnTiling, isWholeInEveryFrameWhileTilesArriveLateAndInRandomOrder) {
     for (int i = 0; i < 400; ++i) {
       const Frame& frame = p.globe->update(view, {.tolerance_px = 2.0});
       expectWhole(frame, tiling, random);
+      if (i % 16 == 0) expectWatertight(frame, tiling);
       if (HasFatalFailure() || frame.complete) break;
       p.globe->waitForArrivals(20ms);
     }
@@ -265,6 +310,7 @@ TEST(Globe, deepZoomGoesOnBeyondTheData) {
   const View view = viewFrom(40, 40, ground + 150.0, 20, -10);
   const Frame& frame = loaded(*p.globe, view);
   expectWhole(frame, Tiling(Scheme::cube), random);
+  expectWatertight(frame, Tiling(Scheme::cube));
   EXPECT_LE(frame.statistics.maxScreenError_px, 1.0);
   std::printf("close to the ground: tiles %zu, deepest %d, update %.3f ms\n", frame.tiles.size(),
               static_cast<int>(std::max_element(frame.tiles.begin(), frame.tiles.end(),

@@ -124,7 +124,6 @@ TEST_P(SelectOn, aTighterToleranceOnlyRefines) {
           ASSERT_FALSE(c.level == level && c.isDescendantOf(id) && !(c == id));
       }
     }
-    EXPECT_GE(fine.size(), coarse.size());
   }
 }
 

@@ -65,21 +65,6 @@ class MeshWriter {
     }
     return range;
   }
-  /// The vertices on the edge are new ones, rounded to the parent level's grid.
-  IndexRange addCoarse(const std::vector<GridTriangle>& triangles, int edge) {
-    std::vector<std::uint16_t> fine(static_cast<std::size_t>(grid_.cells) + 1);
-    for (int i = 0; i <= grid_.cells; ++i) {
-      fine[static_cast<std::size_t>(i)] = std::exchange(vertexOf_[slot(edgePoint(edge, i, grid_.cells))], kNoVertex);
-    }
-    vertexGrid_m_ *= 2.0;
-    const IndexRange range = add(triangles);
-    vertexGrid_m_ /= 2.0;
-    for (int i = 0; i <= grid_.cells; ++i) {
-      vertexOf_[slot(edgePoint(edge, i, grid_.cells))] = fine[static_cast<std::size_t>(i)];
-    }
-    return range;
-  }
-
   TerrainMesh& mesh() { return mesh_; }
 
  private:
@@ -101,10 +86,15 @@ class MeshWriter {
     const auto normalised = [](double v) { return static_cast<std::int16_t>(std::lround(v * 32767.0)); };
     const auto share = [&](int i) { return static_cast<std::uint16_t>(std::lround(65535.0 * i / grid_.cells)); };
     const geo::Vec3 up = grid_.up[grid_.index(p.col, p.row)].n;
-    return {.position_tile = geo::Vec3f(rounded(at(grid_, p), vertexGrid_m_) - mesh_.origin.m),
+    const geo::Vec3 exact = rounded(at(grid_, p), vertexGrid_m_) - mesh_.origin.m;
+    const geo::Vec3f single(exact);
+    const geo::Vec3 rest = (exact - geo::Vec3(single)) / vertexGrid_m_;
+    const auto steps = [](double v) { return static_cast<std::int16_t>(std::lround(v)); };
+    return {.position_tile = single,
             .up_body = {normalised(up.x), normalised(up.y), normalised(up.z), 0},
             .s = share(p.col),
-            .t = share(p.row)};
+            .t = share(p.row),
+            .fine_tile = {steps(rest.x), steps(rest.y), steps(rest.z), 0}};
   }
 
   const SurfaceGrid& grid_;
@@ -231,8 +221,8 @@ double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellip
   return kMeshToleranceShare * meanEdge_m(tiling, ellipsoid, level) / cells;
 }
 
-double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
-  return std::exp2(std::floor(std::log2(meanEdge_m(tiling, ellipsoid, level) / cells)) - 13.0);
+double vertexGrid_m(const geo::Ellipsoid& ellipsoid) {
+  return std::exp2(std::max(std::ceil(std::log2(2.0 * ellipsoid.semiMajorAxis_m())), 24.0) - 39.0);
 }
 
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
@@ -246,13 +236,13 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
   }
   const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, flagsOfEdges(grid, 1, tolerance_m, true),
                                               flagsOfEdges(grid, 2, parentTolerance_m, false));
-  MeshWriter writer(grid, vertexGrid_m(tiling, ellipsoid, grid.id.level, grid.cells));
+  MeshWriter writer(grid, vertexGrid_m(ellipsoid));
   TerrainMesh& mesh = writer.mesh();
   mesh.interior = writer.add(triangles.interior);
   for (std::size_t e = 0; e < 4; ++e)
     mesh.fineEdge[e] = writer.add(triangles.fine[e]);
   for (std::size_t e = 0; e < 4; ++e)
-    mesh.coarseEdge[e] = writer.addCoarse(triangles.coarse[e], static_cast<int>(e));
+    mesh.coarseEdge[e] = writer.add(triangles.coarse[e]);
   const double error_m = errorOf(triangles, grid) + errorWithinCells(tiling, ellipsoid, grid);
   return {
       .mesh = std::make_shared<const TerrainMesh>(std::move(mesh)), .box = boxOf(grid, error_m), .error_m = error_m};

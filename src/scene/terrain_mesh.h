@@ -16,10 +16,10 @@ inline constexpr double kMeshToleranceShare = 0.2;
 
 /// Metres; of the level alone, so that two tiles of a level always agree on what to keep (docs/selection.md).
 double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
-/// Vertex positions of a level lie on the grid of multiples of this in body coordinates: a power of two, 2^-14 to 2^-13
-/// of a sample's spacing, so that both sides of an edge have the same vertices to the last bit. Float offsets from a
-/// tile's origin are exact as long as no ground is higher above it than 16 of the tile's sides.
-double vertexGrid_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);
+/// Vertices lie on the grid of multiples of this in body coordinates: a power of two, 2^-15 m (30 micrometres) up to
+/// bodies of the Earth's size, for giants the largest that is at most 2^-38 of the diameter. Single precision and a
+/// 16-bit rest hold any vertex of any tile exactly (TerrainVertex).
+double vertexGrid_m(const geo::Ellipsoid& ellipsoid);
 
 /// The heights of a tile as its mesh needs them: (cells + 3)^2 with a gutter as in raster::ElevationTile, metres, all
 /// finite; the samples on the tile's edges must be those that the tiles next to it have there. cells is a power of

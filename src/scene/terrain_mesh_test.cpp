@@ -64,7 +64,9 @@ IndexRange rangeOf(const TerrainMesh& mesh, std::size_t edge, bool coarse) {
 
 using Bits = std::array<double, 3>;
 Bits placeOf(const TerrainMesh& mesh, std::uint16_t v) {
-  const geo::Vec3 p = mesh.origin.m + geo::Vec3(mesh.vertices[v].position_tile);
+  const TerrainVertex& vertex = mesh.vertices[v];
+  const geo::Vec3 fine(vertex.fine_tile[0], vertex.fine_tile[1], vertex.fine_tile[2]);
+  const geo::Vec3 p = mesh.origin.m + geo::Vec3(vertex.position_tile) + fine * vertexGrid_m(kEarth);
   return {p.x, p.y, p.z};
 }
 
@@ -279,14 +281,24 @@ TEST_P(MeshOnTiling, fewTrianglesWhereTheGroundIsFlat) {
   EXPECT_GT(rough.made.mesh->indices.size(), flat.made.mesh->indices.size());
 }
 
-TEST_P(MeshOnTiling, offsetsAreExactInSinglePrecision) {
-  const TileId id{.level = 9, .root = 1, .x = 200, .y = 33};
-  const Made m = madeOf(tiling, id, samplesOf(tiling, id, hillsAt));
-  const double grid = vertexGrid_m(tiling, kEarth, id.level, 64);
-  for (const TerrainVertex& v : m.made.mesh->vertices) {
-    const geo::Vec3 steps = geo::Vec3(v.position_tile) / grid;
-    for (const double s : {steps.x, steps.y, steps.z})
-      ASSERT_EQ(s, std::round(s));
+TEST_P(MeshOnTiling, verticesAreTheRoundedGroundAtEveryLevel) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (const int level : {0, 1, 5, 14, 26}) {
+    const geo::Direction d = geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
+    const TileId id = tiling.tileAt(d, level);
+    const Made m = madeOf(tiling, id, samplesOf(tiling, id, hillsAt));
+    const TerrainMesh& mesh = *m.made.mesh;
+    for (std::uint16_t v = 0; v < mesh.vertices.size(); ++v) {
+      const int col = static_cast<int>(std::lround(mesh.vertices[v].s * 64.0 / 65535.0));
+      const int row = static_cast<int>(std::lround(mesh.vertices[v].t * 64.0 / 65535.0));
+      const geo::Vec3 truth = m.grid.positions[m.grid.index(col, row)].m;
+      const Bits place = placeOf(mesh, v);
+      for (int axis = 0; axis < 3; ++axis) {
+        const double steps = place[static_cast<std::size_t>(axis)] / vertexGrid_m(kEarth);
+        ASSERT_EQ(steps, std::round(steps));
+        ASSERT_NEAR(place[static_cast<std::size_t>(axis)], truth[axis], vertexGrid_m(kEarth) / 2);
+      }
+    }
   }
 }
 

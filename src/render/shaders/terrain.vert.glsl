@@ -11,6 +11,8 @@ layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
 layout(location = 8) in ivec2 layers;
+// A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
+layout(location = 9) in vec3 fine_tile;
 
 out vec4 textureCoordinates;  // colour, relief
 out vec3 upInterpolated_body;
@@ -19,12 +21,12 @@ flat out ivec2 textureLayers;
 
 // A vertex relative to the snapped eye, correctly rounded to float whatever the tile's origin is, so that two tiles that
 // share a vertex draw it at the same place to the last bit. The origin comes in two floats whose sum is exact; Knuth's
-// two-sum keeps what the first addition loses. `precise` keeps the compiler from "simplifying" that to zero.
+// two-sum keeps what the first addition loses; the small parts are multiples of the vertex grid and add up exactly. `precise` keeps the compiler from "simplifying" that to zero.
 vec3 rteFromTile() {
   precise vec3 sum = position_tile + originCoarse_rte;
   precise vec3 part = sum - position_tile;
   precise vec3 lost = (position_tile - (sum - part)) + (originCoarse_rte - part);
-  precise vec3 rte = sum + (lost + originFine_rte);
+  precise vec3 rte = sum + (lost + (originFine_rte + fine_tile * eyeRemainder.w));
   return rte;
 }
 
