@@ -14,7 +14,6 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
-constexpr int kInterrupted = 130;
 
 struct Arguments {
   std::string output;
@@ -82,10 +81,7 @@ void run(const Arguments& arguments) {
   };
   const auto built = pyramid::buildPyramid(options, sink, interrupt.token());
   line.clear();
-  if (!built) {
-    const bool stopped = built.error().code == io::Failure::Code::cancelled;
-    end(stopped ? kInterrupted : kFailed, io::describe(built.error()));
-  }
+  if (!built) end(kFailed, io::describe(built.error()));
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
