@@ -178,7 +178,10 @@ void Globe::State::receive() {
     TileRecord& r = record(arrival.id);
     r.job.reset();
     r.content = std::move(arrival.content);
-    r.facts = {.drawable = true, .box = r.content->box, .error_m = r.content->error_m, .texel_m = r.content->texel_m};
+    r.facts.drawable = true;
+    r.facts.tightBox = r.content->box;
+    r.facts.error_m = r.content->error_m;
+    r.facts.texel_m = r.content->texel_m;
     r.lastUse = updates;
     contentBytes += r.content->bytes;
   }

@@ -173,7 +173,7 @@ TEST_P(GlobeOnTiling, drawsTheWholeGlobeFromOrbit) {
 
 TEST_P(GlobeOnTiling, isWholeInEveryFrameWhileTilesArriveLateAndInRandomOrder) {
   std::mt19937_64 random = geo::seededGenerator();
-  Planet p = planetOf(GetParam(), {.workers = 3});
+  Planet p = planetOf(GetParam(), {.workers = 3, .cpuCacheBytes = std::uint64_t{4} << 30});
   std::atomic<unsigned> turn{0};
   p.elevation->delay = [&](const TileId&) {
     std::this_thread::sleep_for(std::chrono::microseconds((turn++ * 7919u) % 3000u));

@@ -28,7 +28,7 @@ class Cut {
   Selection run() {
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)});
-      if (isSeen(node) && !at(node).facts->drawable) want(at(node).id, kMissingRoot);
+      if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
     while (!queue_.empty() && !out_.cappedByBudget) {
       const int worst = queue_.top().node;
@@ -41,6 +41,7 @@ class Cut {
 
  private:
   static constexpr double kMissingRoot = 1e9;
+  static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
 
   struct Node {
     tiling::TileId id;
@@ -69,16 +70,25 @@ class Cut {
     return index;
   }
 
+  bool inPicture(const TileFacts& facts) const {
+    return frustum_.mayShow(facts.box) && (!facts.drawable || frustum_.mayShow(facts.tightBox));
+  }
+  bool beyondHorizon(const TileFacts& facts) const {
+    const auto hidden = [&](const OrientedBox& box) {
+      return isBeyondHorizon(box, view_.eye, ellipsoid_, occluderDepth_m_);
+    };
+    return hidden(facts.box) || (facts.drawable && hidden(facts.tightBox));
+  }
+
   void classify(Node& node) {
     ++out_.visited;
-    const OrientedBox& box = node.facts->box;
-    if (!frustum_.mayShow(box)) {
+    if (!inPicture(*node.facts)) {
       ++out_.culledFrustum;
-    } else if (isBeyondHorizon(box, view_.eye, ellipsoid_, occluderDepth_m_)) {
+    } else if (beyondHorizon(*node.facts)) {
       ++out_.culledHorizon;
     } else {
       node.seen = true;
-      const double distance_m = box.distance_m(view_.eye);
+      const double distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
       node.error_px = pixelsAcross(node.facts->error_m, distance_m, pixelAngle_);
       const double texel_px = pixelsAcross(node.facts->texel_m, distance_m, pixelAngle_);
       if (node.facts->drawable) node.need = std::max(node.error_px / options_.tolerance_px, texel_px);
@@ -96,10 +106,7 @@ class Cut {
     for (int q = 0; q < 4; ++q) {
       const tiling::TileId child = id.child(q);
       const TileFacts* facts = tree_.facts(child);
-      if (facts->drawable || !frustum_.mayShow(facts->box) ||
-          isBeyondHorizon(facts->box, view_.eye, ellipsoid_, occluderDepth_m_)) {
-        continue;
-      }
+      if (facts->drawable || !inPicture(*facts) || beyondHorizon(*facts)) continue;
       want(child, priority);
       ready = false;
     }

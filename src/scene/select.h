@@ -19,7 +19,10 @@ struct CutOptions {
 /// What the cut knows of a tile, loaded or not.
 struct TileFacts {
   bool drawable = false;  ///< loaded, with all that is needed to draw it
-  OrientedBox box;        ///< holds its ground and that of every tile below it
+  /// Holds its ground and that of every tile below it. Must not depend on whether the tile is loaded: it decides which
+  /// tiles are, so that a complete cut is the same whatever was loaded before.
+  OrientedBox box;
+  OrientedBox tightBox;  ///< likewise, but known once it is drawable; distances are measured to it
   /// The largest distance in space between the ground as drawn from this tile and the finest ground there is, curvature
   /// and mesh tolerance included; 0 when no refinement makes it better. Known once it is drawable.
   double error_m = 0.0;

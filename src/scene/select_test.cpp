@@ -36,6 +36,7 @@ class FakeTree final : public TileTree {
     if (isNew) {
       found->second.drawable = loaded(id);
       found->second.box = estimatedBox(tiling_, kEarth, id, range);
+      found->second.tightBox = found->second.box;
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;
     }
@@ -180,6 +181,7 @@ TEST_P(SelectOn, missingRootsAreWantedFirst) {
   ASSERT_FALSE(s.wanted.empty());
   for (const WantedTile& w : s.wanted)
     EXPECT_EQ(w.id.level, 0);
+  EXPECT_EQ(static_cast<int>(s.wanted.size()), tiling.rootCount());
 }
 
 TEST_P(SelectOn, nothingThatFallsIntoThePictureIsCulled) {
