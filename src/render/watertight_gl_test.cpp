@@ -111,6 +111,7 @@ class Watertight : public synthetic::GlTest, public ::testing::WithParamInterfac
     const Relief relief{amplitude};
     scene::Frame frame;
     frame.background = kMagenta;
+    frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
     frame.tiles =
         mixed ? mixedLevels(tiling, ellipsoid, level, relief, random) : oneLevel(tiling, ellipsoid, level, relief);
     // The lowest ground, and how far a chord of the coarsest tile's widest cells lies below it.
@@ -163,6 +164,7 @@ TEST_P(Watertight, DeepTilesUnderAnEyeTwoMetresUp) {
                                 static_cast<std::uint32_t>(random() % 60000 + 30000)};
     scene::Frame frame;
     frame.background = kMagenta;
+    frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
     for (std::uint32_t y = middle.y - kReach; y <= middle.y + kReach; ++y) {
       for (std::uint32_t x = middle.x - kReach; x <= middle.x + kReach; ++x)
         frame.tiles.push_back(groundTile(tiling, ellipsoid, {kLevel, 0, x, y}, bumps));
@@ -190,6 +192,7 @@ TEST_P(Watertight, LargeTilesUnderAnEyeTwoMetresUp) {
   const geo::Ellipsoid ellipsoid = geo::earth().ellipsoid;
   scene::Frame frame;
   frame.background = kMagenta;
+  frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
   frame.tiles = oneLevel(tiling, ellipsoid, 2, Relief{9000.0});
   Renderer renderer = makeRenderer();
   RenderTarget target = makeTarget(kSize);
