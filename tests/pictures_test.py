@@ -177,7 +177,8 @@ class Pictures:
         out = self.work / "never.png"
         wrong = [("render", self.database, "-o", out), ("render", "--camera", "0,0,1e6", "-o", out),
                  ("render", self.database, "--camera", "0,0,1e6"), ("fly", self.database, "-o", out), ("bench", self.database),
-                 ("bench", self.database, "--path", self.work / "absent.csv")]
+                 ("bench", self.database, "--path", self.work / "absent.csv"), ("view",), ("view", self.database, "--fov", "nan"),
+                 ("view", self.database, "--size", "9"), ("view", self.database, "--camera", "x")]
         for option, value in (("--camera", "1,2"), ("--camera", "91,0,1e6"), ("--camera", "0,0,1e6,x"), ("--camera", "nan,0,1e6"),
                               ("--size", "0x9"), ("--size", "9"), ("--size", "9x9x9"), ("--size", "99999x9"), ("--fov", "0"),
                               ("--fov", "nan"), ("--fov", "180"), ("--tolerance", "-1"), ("--tolerance", "nan"),

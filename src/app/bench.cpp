@@ -121,7 +121,8 @@ void addBench(CLI::App& program) {
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n\n"
-      "Example:\n  tellurion bench data/earth.toml --path data/everest_flight.csv --size 1024x768 --stats frames.csv");
+      "Example, once ./bootstrap demo has made the tile databases:\n  tellurion bench data/earth.toml --path "
+      "data/everest_flight.csv --size 1024x768 --stats frames.csv");
   command->callback([arguments] {
     if (const auto done = bench(*arguments); !done) failRun("bench", io::describe(done.error()));
   });

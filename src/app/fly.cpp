@@ -107,7 +107,8 @@ void addFly(CLI::App& program) {
       ->capture_default_str();
   command->footer(
       "Every frame waits for all that it needs, so the pictures are the same on every run. An MP4 needs ffmpeg.\n\n"
-      "Example:\n  tellurion fly data/earth.toml --path data/everest_flight.csv --fps 30 --size 1280x720 -o "
+      "Example, once ./bootstrap demo has made the tile databases:\n  tellurion fly data/earth.toml --path "
+      "data/everest_flight.csv --fps 30 --size 1280x720 -o "
       "everest.mp4");
   command->callback([arguments] {
     if (const auto done = fly(*arguments); !done) failRun("fly", io::describe(done.error()));

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <exception>
 
 #include "app/subcommands.h"
 
 namespace {
 constexpr int kSuccess = 0;
+constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
 }  // namespace
 
@@ -31,5 +33,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     const int code = program.exit(e);
     return code == kSuccess ? kSuccess : kWrongUse;
+  } catch (const std::exception& e) {  // memory that is not there, a library that throws: the last line before an abort
+    fmt::print(stderr, "tellurion: {}\n", e.what());
+    return kFailed;
   }
 }

@@ -74,7 +74,7 @@ void addRender(CLI::App& program) {
       ->capture_default_str();
   command->footer(
       "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n\n"
-      "Example: Everest from the south\n"
+      "Example: Everest from the south, once ./bootstrap demo has made the tile databases\n"
       "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png");
   command->callback([arguments] {
     const auto lacking = render(*arguments);

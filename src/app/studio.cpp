@@ -81,13 +81,18 @@ std::string cameraProblem(const std::string& text) {
   return parsed ? "" : io::describe(parsed.error());
 }
 
+io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments) {
+  BuildLines lines;
+  auto globe = scene::Globe::open(scene, {}, std::ref(lines));
+  if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
+  return globe;
+}
+
 io::Result<Studio> openStudio(const PictureArguments& arguments) {
   const auto scene = scene::openScene(arguments.scene);
   if (!scene) return tl::unexpected(scene.error());
-  BuildLines lines;
-  auto globe = scene::Globe::open(*scene, {}, std::ref(lines));
+  auto globe = openGlobe(*scene, arguments);
   if (!globe) return tl::unexpected(globe.error());
-  if (!arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
   auto context = render::HeadlessContext::create();
   if (!context) return tl::unexpected(context.error());
   auto renderer = render::Renderer::create();

@@ -35,7 +35,11 @@ CLI::Validator between(double low, double high);
 /// A check for an option that holds a camera.
 std::string cameraProblem(const std::string& text);
 
-/// A globe and all that draws it without a window. Members end in the right order: the context last.
+/// A scene's globe, with the background that was asked for; rasters in the scene are built first, with progress on the
+/// terminal.
+io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments);
+
+/// A globe and all that draws it without a window. What lives in the context stands after it and so ends before it.
 struct Studio {
   std::unique_ptr<scene::Globe> globe;
   render::HeadlessContext context;
@@ -43,7 +47,6 @@ struct Studio {
   render::RenderTarget target;
 };
 
-/// Opens the scene; rasters in it are built first, with progress on the terminal.
 io::Result<Studio> openStudio(const PictureArguments& arguments);
 
 /// Updates the globe until nothing finer is wanted for the view, the time is over, nothing is on its way any more, or a
