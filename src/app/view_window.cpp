@@ -154,7 +154,7 @@ tl::unexpected<io::Failure> noWindow(std::string_view what) {
       fmt::format("{} ({}); without a display, 'tellurion render SCENE --camera C --size WxH -o picture.png' "
                   "draws the same picture into a file",
                   what, reason ? reason : "no reason given"),
-      "view");
+      {});
 }
 
 scene::Viewport fitting(scene::Viewport size) {
