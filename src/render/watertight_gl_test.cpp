@@ -1,6 +1,7 @@
 // The ground has no holes: a background that occurs nowhere else must not show wherever a ray is sure to meet the
 // ground.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
@@ -76,6 +77,23 @@ std::vector<scene::DrawnTile> mixedLevels(const tiling::Tiling& tiling, const ge
   return tiles;
 }
 
+/// How far a triangle may lie below a surface that its corners lie on: one with the longest side l reaches l / sqrt(3)
+/// from its middle, so l^2 / 6R, a little more where l is not small beside R.
+double deepestSag_m(const std::vector<scene::DrawnTile>& tiles, const geo::Ellipsoid& ellipsoid) {
+  double longest_m = 0.0;
+  for (const scene::DrawnTile& tile : tiles) {
+    const auto& indices = tile.mesh->indices;
+    const auto corner = [&](std::size_t i) { return tile.mesh->vertices[indices[i]].position_tile; };
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+      longest_m = std::max(longest_m, static_cast<double>(glm::length(corner(next) - corner(i))));
+    }
+  }
+  const double b = ellipsoid.semiMinorAxis_m();
+  const double leastRadius_m = b * b / ellipsoid.semiMajorAxis_m();
+  return longest_m * longest_m / (5.0 * leastRadius_m);
+}
+
 scene::View randomView(const geo::Ellipsoid& ellipsoid, double highest_m, std::mt19937_64& random) {
   const double radius = ellipsoid.semiMajorAxis_m();
   const double height = highest_m + radius * std::pow(10.0, geo::uniform(random, -5.0, 0.5));
@@ -114,9 +132,7 @@ class Watertight : public synthetic::GlTest, public ::testing::WithParamInterfac
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
     frame.tiles =
         mixed ? mixedLevels(tiling, ellipsoid, level, relief, random) : oneLevel(tiling, ellipsoid, level, relief);
-    // The lowest ground, and how far a chord of the coarsest tile's widest cells lies below it.
-    const double cell = 1.5 * tiling.metrics(level).largestEdge.radians() / kCells;
-    const double depth = amplitude + ellipsoid.semiMajorAxis_m() * cell * cell;
+    const double depth = amplitude + deepestSag_m(frame.tiles, ellipsoid);
     Renderer renderer = makeRenderer();
     RenderTarget target = makeTarget(kSize);
     for (int i = 0; i < views; ++i) {
