@@ -21,10 +21,31 @@ using Code = io::Failure::Code;
 constexpr GIntBig kGdalCacheBytes = GIntBig{256} << 20u;
 constexpr std::size_t kMostWarnings = 16;
 
-/// Drivers that read other places than the file they are given: other files by name, servers, databases.
-constexpr std::array kFarReachingDrivers{"VRT",    "DERIVED", "GTI",    "WMS",    "WMTS",          "WCS",       "HTTP",
-                                         "OGCAPI", "STACIT",  "STACTA", "NGW",    "PLMOSAIC",      "PLSCENES",  "EEDA",
-                                         "EEDAI",  "DAAS",    "RDA",    "TileDB", "PostGISRaster", "GeoRaster", "SDE"};
+/// Drivers that read the file they are given, and files of fixed names or of their own format beside it. Left out is
+/// what opens whatever a file names, with whatever driver fits (VRT, MRF, TIL, ISIS3, ERS, ...), what has links to
+/// other files inside (HDF5, PCIDSK, ...), and all services and databases.
+constexpr std::array kDrivers{
+    "GTiff",   "SRTMHGT",  "PDS",    "PDS4",     "ISIS2",  "VICAR",   "ENVI",        "EHdr",          "AAIGrid",
+    "AIG",     "HFA",      "NITF",   "JPEG",     "PNG",    "WEBP",    "GIF",         "BIGGIF",        "BMP",
+    "PNM",     "SGI",      "JP2KAK", "JP2ECW",   "GPKG",   "MBTiles", "netCDF",      "GRIB",          "DTED",
+    "USGSDEM", "XYZ",      "LAN",    "GTX",      "GSAG",   "GSBG",    "GS7BG",       "SAGA",          "RST",
+    "BT",      "PCRaster", "ACE2",   "BYN",      "SIGDEM", "ROI_PAC", "RRASTER",     "Leveller",      "NWT_GRD",
+    "ZMap",    "HF2",      "BLX",    "Terragen", "GXF",    "ISG",     "JP2OpenJPEG", "GRASSASCIIGrid"};
+/// Drivers above decode into it.
+constexpr std::string_view kMemoryDriver = "MEM";
+
+bool isAllowed(std::string_view name) {
+  return std::ranges::find(kDrivers, name) != kDrivers.end();
+}
+
+/// Side files (.ovr, .msk, .aux.xml) are opened by GDAL itself, with every driver that it knows: so it knows no others.
+void forgetOtherDrivers() {
+  for (int i = GDALGetDriverCount() - 1; i >= 0; --i) {
+    const GDALDriverH driver = GDALGetDriver(i);
+    const std::string_view name = GDALGetDriverShortName(driver);
+    if (name != kMemoryDriver && !isAllowed(name)) GDALDeregisterDriver(driver);
+  }
+}
 
 void prepareGdal() {
   static std::once_flag once;
@@ -39,23 +60,38 @@ void prepareGdal() {
       GDALSetCacheMax64(std::min(GDALGetCacheMax64(), kGdalCacheBytes));
     }
     GDALAllRegister();
+    forgetOtherDrivers();
   });
 }
 
 CPLStringList allowedDrivers() {
   CPLStringList names;
-  for (int i = 0; i < GDALGetDriverCount(); ++i) {
-    const GDALDriverH driver = GDALGetDriver(i);
-    const std::string_view name = GDALGetDriverShortName(driver);
-    const bool reachesFar = std::ranges::any_of(kFarReachingDrivers, [&](const char* far) { return name == far; });
-    if (!reachesFar && GDALGetMetadataItem(driver, GDAL_DCAP_RASTER, nullptr) != nullptr) names.AddString(name.data());
-  }
+  for (const char* name : kDrivers)
+    names.AddString(name);
   return names;
 }
 
 /// What GDAL would take for more than the name of a file.
 bool isPlainName(const std::string& path) {
   return !path.empty() && path.find("://") == std::string::npos && !path.starts_with("/vsi") && !path.starts_with('<');
+}
+
+/// Whether all files of a raster lie in the folder of the one that was named, or below. Names as they are written:
+/// links are the user's own.
+bool staysInItsFolder(GDALDataset& dataset, const std::string& path) {
+  const auto whole = [](const std::filesystem::path& name) {
+    std::error_code error;
+    return std::filesystem::absolute(name, error).lexically_normal();
+  };
+  const std::filesystem::path named = whole(path);
+  const std::filesystem::path folder = named.parent_path();
+  const CPLStringList files(dataset.GetFileList());
+  for (int i = 0; i < files.size(); ++i) {
+    const std::filesystem::path file = whole(files[i]);
+    const auto [end, other] = std::ranges::mismatch(folder, file);
+    if (end != folder.end()) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -100,11 +136,14 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
   DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                                        drivers.List(), nullptr, nullptr));
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
-  if (dataset) return dataset;
+  if (dataset && staysInItsFolder(*dataset, path)) return dataset;
+  if (dataset) {
+    return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
+  }
   return tl::unexpected(messages.failure(
       Code::unsupported,
       "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
-      "(VRT) or a service the raster files themselves are wanted",
+      "(VRT, MRF, ...) or a service the raster files themselves are wanted",
       path));
 }
 

@@ -37,7 +37,8 @@ struct CloseDataset {
 };
 using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 
-/// Opens a plain local file for reading: no /vsi path, no URL, no driver that follows references to elsewhere.
+/// Opens a plain local file for reading: no /vsi path, no URL, only drivers of a list that follow no references, and no
+/// raster whose files lie outside its folder.
 /// What GDAL warns of is added to `warnings`.
 io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
 

@@ -37,8 +37,12 @@ struct RasterInfo {
 
 /// A raster file that GDAL reads, in any spatial reference, sampled at places on its body. One thread only; move-only.
 /// Opening the same file once a thread is fine. Safe on untrusted files as far as GDAL's drivers are: sizes are bounded
-/// before they are believed, only plain local files are opened (no /vsi path, no URL), drivers that follow references
-/// to elsewhere (VRT, WMS, STAC, ...) are off, and GDAL and PROJ stay off the network.
+/// before they are believed, only plain local files are opened (no /vsi path, no URL), with drivers of a list (GeoTIFF,
+/// HGT, PDS, ENVI, HFA, JPEG, PNG, JPEG 2000, GeoPackage, MBTiles, netCDF, GRIB, ... : gdal_session.cpp) that read what
+/// they are given and files beside it, never what these name elsewhere; a raster whose files lie outside its folder is
+/// refused, and GDAL and PROJ stay off the network. The first file that is opened takes all other drivers out of this
+/// process's GDAL, for side files are opened with any driver that GDAL knows. (netCDF's library may follow links inside
+/// netCDF-4 files to other local files.)
 ///
 /// Memory: decoded blocks of 256 x 256 samples are kept up to 64 MiB a file, whatever the raster's size, besides GDAL's
 /// own block cache, which all files share (held to 256 MiB unless GDAL_CACHEMAX says otherwise).

@@ -68,6 +68,63 @@ TEST(RasterOpen, OnlyPlainLocalFiles) {
   expectFailure(folder.file("empty"), Kind::imagery, "cannot be opened");
 }
 
+testing::MadeRaster smallGrid() {
+  return {.width = 4, .height = 4, .type = GDT_Byte, .transform = {5, 1, 0, 5, 0, -1}, .value = [](int, int, int) {
+            return 1.0;
+          }};
+}
+
+TEST(RasterOpen, WhatAFileNamesIsNotOpened) {
+  const ScratchFolder folder;
+  makeRaster(folder.file("secret.tif"), smallGrid());
+  std::ofstream(folder.file("a.mrf")) << "<MRF_META><CachedSource><Source>" << folder.file("secret.tif")
+                                      << "</Source></CachedSource><Raster><Size x=\"4\" y=\"4\" c=\"1\"/><PageSize "
+                                         "x=\"4\" y=\"4\" c=\"1\"/></Raster><GeoTags><BoundingBox minx=\"5\" "
+                                         "miny=\"1\" maxx=\"9\" maxy=\"5\"/></GeoTags></MRF_META>";
+  expectFailure(folder.file("a.mrf"), Kind::imagery, "cannot be opened");
+  std::ofstream(folder.file("a.kml")) << "<kml><Document><Region/><NetworkLink><Link><href>secret.tif</href></Link>"
+                                         "</NetworkLink><GroundOverlay><Icon><href>secret.tif</href></Icon>"
+                                         "</GroundOverlay></Document></kml>";
+  expectFailure(folder.file("a.kml"), Kind::imagery, "cannot be opened");
+  std::ofstream(folder.file("a.lbl")) << "Object = IsisCube\n  Object = Core\n    ^Core = secret.tif\n    Format = "
+                                         "GeoTIFF\n    Group = Dimensions\n      Samples = 4\n      Lines = 4\n      "
+                                         "Bands = 1\n    End_Group\n    Group = Pixels\n      Type = UnsignedByte\n "
+                                         "     ByteOrder = Lsb\n      Base = 0.0\n      Multiplier = 1.0\n    "
+                                         "End_Group\n  End_Object\nEnd_Object\nEnd\n";
+  expectFailure(folder.file("a.lbl"), Kind::imagery, "cannot be opened");
+}
+
+TEST(RasterOpen, SideFilesStayBesideTheirRaster) {
+  const ScratchFolder folder;
+  fs::create_directory(folder.file("inner"));
+  makeRaster(folder.file("secret.tif"), smallGrid());
+  const std::string path = folder.file("inner/a.tif");
+  makeRaster(path, smallGrid());
+  ASSERT_TRUE(RasterFile::open(path, Kind::imagery));
+  std::ofstream(path + ".aux.xml") << "<PAMDataset><Metadata domain=\"OVERVIEWS\"><MDI key=\"OVERVIEW_FILE\">"
+                                   << folder.file("secret.tif") << "</MDI></Metadata></PAMDataset>";
+  expectFailure(path, Kind::imagery, "outside its own folder");
+}
+
+TEST(RasterOpen, ALabelReachesNoFileOutsideItsFolder) {
+  const ScratchFolder folder;
+  fs::create_directory(folder.file("inner"));
+  std::ofstream(folder.file("secret.img")) << std::string(64, 'x');
+  const auto label = [](const char* image) {
+    return std::string(
+               "PDS_VERSION_ID = PDS3\nRECORD_TYPE = FIXED_LENGTH\nRECORD_BYTES = 8\nFILE_RECORDS = 8\n^IMAGE = "
+               "\"") +
+           image +
+           "\"\nOBJECT = IMAGE\n LINES = 8\n LINE_SAMPLES = 8\n SAMPLE_TYPE = UNSIGNED_INTEGER\n SAMPLE_BITS = 8\n "
+           "BANDS = 1\nEND_OBJECT = IMAGE\nEND\n";
+  };
+  std::ofstream(folder.file("inner/near.img")) << std::string(64, 'x');
+  std::ofstream(folder.file("inner/near.lbl")) << label("near.img");
+  expectFailure(folder.file("inner/near.lbl"), Kind::elevation, "where it lies");  // it opens; it has no place
+  std::ofstream(folder.file("inner/far.lbl")) << label("../secret.img");
+  expectFailure(folder.file("inner/far.lbl"), Kind::elevation, "outside its own folder");
+}
+
 TEST(RasterOpen, WithoutAPlaceThereIsNoRaster) {
   const ScratchFolder folder;
   testing::MadeRaster made{.width = 4, .height = 4, .type = GDT_Byte, .value = [](int, int, int) { return 1.0; }};
