@@ -67,6 +67,13 @@ io::Result<void> BuildRun::run(BuildPosition start) {
   }
 }
 
+std::set<std::string> BuildRun::warnings() const {
+  std::set<std::string> warnings = inputs_.warnings();
+  for (const auto& [thread, maker] : makers_)
+    warnings.merge(maker->inputs().warnings());
+  return warnings;
+}
+
 /// Keeps the window of work full, writes what comes out, and commits the level's last group.
 io::Result<void> BuildRun::runLevel() {
   TileWalk walk(plan_, inputs_, baseRows_ ? &*baseRows_ : nullptr, position_.level, position_.row);

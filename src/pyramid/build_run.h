@@ -4,6 +4,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "pyramid/ordered_work.h"
@@ -21,6 +23,9 @@ class BuildRun {
 
   /// From where the database says to the end of level 0. Its last commit does not yet make the database complete.
   io::Result<void> run(BuildPosition start);
+
+  /// What this run's inputs have warned of, whichever thread met it. After run() only.
+  std::set<std::string> warnings() const;
 
  private:
   using Made = io::Result<std::optional<TileRecord>>;

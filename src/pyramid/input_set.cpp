@@ -4,9 +4,23 @@
 
 namespace tellurion::pyramid {
 
+void InputSet::collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings) {
+  for (const std::string& warning : file.info().warnings)
+    warnings.insert(file.info().path + ": " + warning);
+}
+
+std::set<std::string> InputSet::warnings() const {
+  std::set<std::string> warnings = warnings_;
+  for (const Slot& slot : files_) {
+    if (slot.file) collectWarnings(*slot.file, warnings);
+  }
+  return warnings;
+}
+
 void InputSet::closeOldest() {
   const auto age = [](const Slot& slot) { return slot.file ? slot.lastUse : UINT64_MAX; };
   const auto oldest = std::ranges::min_element(files_, {}, age);
+  collectWarnings(*oldest->file, warnings_);
   oldest->file.reset();
   --openFiles_;
 }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pyramid/build_plan.h"
@@ -26,6 +28,9 @@ class InputSet {
   /// and again would cost more than it spares.
   io::Result<bool> mayTouch(int input, const tiling::TileId& id);
 
+  /// What the inputs have warned of so far, while they were sampled too: "PATH: sentence", each once.
+  std::set<std::string> warnings() const;
+
  private:
   struct Slot {
     std::optional<raster::RasterFile> file;
@@ -33,12 +38,14 @@ class InputSet {
   };
   io::Result<raster::RasterFile*> file(int input);
   void closeOldest();
+  static void collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings);
 
   const BuildPlan& plan_;
   std::vector<Slot> files_;
   std::size_t mostOpen_;
   std::size_t openFiles_ = 0;
   std::uint64_t uses_ = 0;
+  std::set<std::string> warnings_;  ///< of files that are closed again
 };
 
 }  // namespace tellurion::pyramid

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <set>
 #include <thread>
 
 #include "pyramid/build_run.h"
@@ -125,15 +127,26 @@ int jobsFor(const BuildOptions& options) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+constexpr std::size_t kMostWarnings = 100;
+
+std::vector<std::string> bounded(const std::set<std::string>& warnings) {
+  std::vector<std::string> told(
+      warnings.begin(),
+      std::next(warnings.begin(), static_cast<std::ptrdiff_t>(std::min(warnings.size(), kMostWarnings))));
+  if (warnings.size() > told.size()) told.push_back(fmt::format("and {} warnings more", warnings.size() - told.size()));
+  return told;
+}
+
 /// False: the inputs turned out to hold no data at all, and so does the file.
 io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan, TileDatabase& database,
-                             const ProgressSink& progress, std::stop_token stop) {
+                             const ProgressSink& progress, std::stop_token stop, std::set<std::string>& warnings) {
   if (database.meta().complete) return true;
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
   BuildRun run(plan, database, jobsFor(options), progress, std::move(stop));
   if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());
+  warnings.merge(run.warnings());
   const auto lastRow = database.connection().integer("SELECT max(id) FROM tiles");
   if (!lastRow) return tl::unexpected(lastRow.error());
   const auto deepest = tileOfRowNumber(*lastRow);
@@ -147,11 +160,12 @@ io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan
   const fs::path part = withSuffix(options.output, ".part");
   bool resumed = false;
   bool hasData = false;
+  std::set<std::string> warnings(plan.warnings.begin(), plan.warnings.end());
   {  // the database is closed before it is renamed
     auto opened = openPart(part, plan, baseKey);
     if (!opened) return tl::unexpected(opened.error());
     resumed = opened->resumed;
-    const auto ended = runToTheEnd(options, plan, opened->database, progress, std::move(stop));
+    const auto ended = runToTheEnd(options, plan, opened->database, progress, std::move(stop), warnings);
     if (!ended) return tl::unexpected(ended.error());
     hasData = *ended;
   }
@@ -162,7 +176,10 @@ io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan
   }
   if (auto ok = moved(part, options.output); !ok) return tl::unexpected(ok.error());
   auto report = reportOn(options.output);
-  if (report) report->resumed = resumed;
+  if (report) {
+    report->resumed = resumed;
+    report->warnings = bounded(warnings);
+  }
   return report;
 }
 
@@ -192,10 +209,7 @@ io::Result<BuildReport> buildPyramid(const BuildOptions& options, const Progress
         "lay the inputs over it with --append",
         options.output.string());
   }
-  auto report =
-      build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));
-  if (report) report->warnings = plan->warnings;
-  return report;
+  return build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));
 }
 
 }  // namespace tellurion::pyramid

@@ -27,23 +27,23 @@ struct BuildOptions {
   bool append = false;  ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
 };
 
-/// How far a build is. The total is an estimate unless `totalIsExact`.
+/// How far a build is.
 struct BuildProgress {
-  int level = 0;           ///< the one that is being made; deepest first
-  std::uint64_t done = 0;  ///< tiles made, those of an interrupted run included
-  std::uint64_t total = 0;
+  int level = 0;                 ///< the one that is being made; deepest first
+  std::uint64_t done = 0;        ///< tiles made, those of an interrupted run included
+  std::uint64_t total = 0;       ///< an estimate; never less than `done`
   std::uint64_t doneBefore = 0;  ///< of `done`, those made by an interrupted run
 };
 /// Called on the thread that called buildPyramid, at most some ten times a second.
 using ProgressSink = std::function<void(const BuildProgress&)>;
 
 struct BuildReport {
-  std::uint64_t tiles = 0;       ///< in the finished database
-  std::uint64_t bytes = 0;       ///< its file size
-  int maxLevel = 0;              ///< the deepest level that holds a tile
-  bool alreadyComplete = false;  ///< the same build had been finished before; nothing was done
-  bool resumed = false;          ///< went on where an interrupted run was
-  std::vector<std::string> warnings;
+  std::uint64_t tiles = 0;            ///< in the finished database
+  std::uint64_t bytes = 0;            ///< its file size
+  int maxLevel = 0;                   ///< the deepest level that holds a tile
+  bool alreadyComplete = false;       ///< the same build had been finished before; nothing was done
+  bool resumed = false;               ///< went on where an interrupted run was
+  std::vector<std::string> warnings;  ///< of opening and of sampling, each once, sorted; at most 101
 };
 
 /// Builds or extends a tile database. All cores work; memory is bounded whatever the size of the inputs. The result is

@@ -150,6 +150,27 @@ TEST_F(PyramidBuilder, NoDataAtAllIsAFailureThatLeavesNothing) {
   EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
 }
 
+TEST_F(PyramidBuilder, WarningsOfSamplingAreReportedOnce) {
+  writeElevation(folder_ / "void.tif", degreesGrid(0, 0, 40, 40, 400, 400),
+                 [](int c, int r) { return (c + r) % 7 == 0 ? -32767 : 100; });
+  std::vector<std::string> inputs = {globe(), (folder_ / "void.tif").string()};
+  for (int i = 0; i < 20; ++i) {  // so many that files are closed again
+    const fs::path path = folder_ / ("strip" + std::to_string(i) + ".tif");
+    writeElevation(path, degreesGrid(2 * i, -3, 2 * i + 2, 3, 8, 24), [i](int, int) { return 10 * i; });
+    inputs.push_back(path.string());
+  }
+  for (const int jobs : {1, 4}) {
+    BuildOptions build = options("jobs" + std::to_string(jobs) + ".tdb", inputs);
+    build.jobs = jobs;
+    const auto report = buildPyramid(build);
+    ASSERT_TRUE(report.has_value()) << io::describe(report.error());
+    int told = 0;
+    for (const std::string& warning : report->warnings)
+      told += warning.starts_with(inputs[1]) && warning.find("--nodata") != std::string::npos ? 1 : 0;
+    EXPECT_EQ(told, 1) << jobs << " threads";
+  }
+}
+
 TEST_F(PyramidBuilder, AMissingInputIsNamed) {
   const auto built = buildPyramid(options("out.tdb", {(folder_ / "nowhere.tif").string()}));
   ASSERT_FALSE(built.has_value());

@@ -38,9 +38,9 @@ class TileMaker {
  public:
   TileMaker(const BuildPlan& plan, const BaseLayer* base) : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles) {}
   io::Result<std::optional<TileRecord>> make(const TileTask& task);
+  const InputSet& inputs() const { return inputs_; }
 
  private:
-  /// A thread's: each file holds up to 64 MiB of decoded blocks.
   static constexpr std::size_t kMostOpenFiles = 16;
 
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
