@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 
 namespace tellurion::pyramid {
 namespace {
@@ -11,9 +12,6 @@ using Code = io::Failure::Code;
 
 /// A raster is not blown up by a level only because its spacing is a hair finer than the level's.
 constexpr double kSpacingSlack = 1.01;
-/// Part of every key: raised when the same inputs would give other bytes.
-constexpr int kBuilderVersion = 1;
-
 /// FNV-1a, 64 bits, as hexadecimal digits: a name for a text, not a protection.
 std::string digestOf(const std::string& text) {
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -24,8 +22,13 @@ std::string digestOf(const std::string& text) {
   return fmt::format("{:016x}", hash);
 }
 
+/// How an input is named in the database and in its key: the same for "a.tif" and "./a.tif".
+std::string storedName(const std::string& path) {
+  return std::filesystem::path(path).lexically_normal().string();
+}
+
 /// What tells one content of a file from another without reading it.
-std::string signatureOf(const std::string& path) {
+std::string signatureOfFile(const std::string& path) {
   std::error_code error;
   const auto absolute = std::filesystem::weakly_canonical(path, error);
   const auto size = std::filesystem::file_size(path, error);
@@ -34,14 +37,21 @@ std::string signatureOf(const std::string& path) {
   return fmt::format("{}|{}|{}", absolute.string(), size, time);
 }
 
-std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta) {
-  std::string text = fmt::format("{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, options.append, nameOf(meta.kind),
-                                 tiling::nameOf(meta.scheme), meta.body.ellipsoid.semiMajorAxis_m(),
-                                 meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
+/// What tells an input from another: its name as it is stored, and every file that it is read from.
+std::string signatureOf(const raster::RasterInfo& info) {
+  std::string text = storedName(info.path) + "|" + signatureOfFile(info.path);
+  for (const std::string& file : info.files)
+    text += "|" + signatureOfFile(file);
+  return text;
+}
+
+std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs) {
+  std::string text =
+      fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, kFormatVersion, options.append, nameOf(meta.kind),
+                  tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
+                  meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
-  for (const std::string& input : options.inputs)
-    text += "\n" + signatureOf(input);
-  return digestOf(text);
+  return digestOf(text + inputs);
 }
 
 io::Result<void> checkOptions(const BuildOptions& options) {
@@ -103,7 +113,7 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
                                ? 0.0
                                : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
                                            heightStepFor(info.heightQuantum_m));
-  plan.meta.sources.push_back(info.path);
+  plan.meta.sources.push_back(storedName(info.path));
   plan.inputs.push_back(plannedInput(options, plan.meta, info));
   plan.deepestLevel = std::max(plan.deepestLevel, plan.inputs.back().depth);
   for (const std::string& warning : info.warnings)
@@ -140,14 +150,16 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
     plan.meta.scheme = options.scheme;
     plan.meta.tileCells = options.kind == raster::Kind::elevation ? raster::kElevationCells : raster::kImageryPixels;
   }
+  std::string signatures;
   for (const std::string& path : options.inputs) {
     const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
     if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
     if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
+    signatures += "\n" + signatureOf(file->info());
   }
   plan.meta.maxLevel = plan.deepestLevel;
-  plan.meta.requestKey = requestKeyOf(options, plan.meta);
+  plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);
   plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
   return plan;
 }

@@ -11,6 +11,9 @@
 
 namespace tellurion::pyramid {
 
+/// Part of every key: raised when the same inputs would give other bytes.
+inline constexpr int kBuilderVersion = 1;
+
 struct PlannedInput {
   std::string path;
   /// The smallest level whose largest sample spacing does not exceed the input's finest, no deeper than asked for.

@@ -4,26 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "pyramid/database_meta.h"
 #include "pyramid/sqlite.h"
 #include "pyramid/tile_record.h"
 #include "raster/tile_source.h"
 
 namespace tellurion::pyramid {
-
-/// What the file says about itself (docs/tile-database.md, "meta").
-struct DatabaseMeta {
-  raster::Kind kind = raster::Kind::elevation;
-  tiling::Scheme scheme = tiling::Scheme::cube;
-  geo::Body body = geo::earth();
-  int tileCells = raster::kElevationCells;
-  int maxLevel = 0;
-  geo::GeoRect bounds = geo::GeoRect::whole();
-  double heightStep_m = 0.0;
-  bool complete = false;
-  std::string buildKey;    ///< what this file was, or is being, built from; two equal keys: two equal files
-  std::string requestKey;  ///< the last request alone, whatever was in the file before it
-  std::vector<std::string> sources;
-};
 
 /// Where an unfinished build is: every tile of deeper levels and, of this level, every row up to `row` is done.
 struct BuildPosition {
@@ -54,7 +40,6 @@ class TileDatabase {
   io::Result<std::optional<TileRecord>> read(const tiling::TileId& id);
   io::Result<bool> contains(const tiling::TileId& id);
   io::Result<void> write(const TileRecord& record);
-  io::Result<void> erase(const tiling::TileId& id);
 
   io::Result<void> begin() { return connection_.execute("BEGIN IMMEDIATE"); }
   io::Result<void> commit() { return connection_.execute("COMMIT"); }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <random>
 #include <thread>
 
@@ -127,6 +128,38 @@ TEST_F(PyramidBuilder, AChangedInputIsAnotherBuild) {
   ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
   fs::last_write_time(input, fs::last_write_time(input) + std::chrono::seconds(5));
   EXPECT_FALSE(buildPyramid(options("out.tdb", {input})).has_value());
+}
+
+TEST_F(PyramidBuilder, ASideFileIsPartOfTheBuild) {
+  const std::string input = globe();
+  ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
+  std::ofstream(input + ".aux.xml") << "<PAMDataset></PAMDataset>";
+  EXPECT_FALSE(buildPyramid(options("out.tdb", {input})).has_value());
+  ASSERT_TRUE(buildPyramid(options("second.tdb", {input})).has_value());
+  EXPECT_TRUE(buildPyramid(options("second.tdb", {input}))->alreadyComplete);
+  fs::last_write_time(input + ".aux.xml", fs::last_write_time(input) + std::chrono::seconds(5));
+  EXPECT_FALSE(buildPyramid(options("second.tdb", {input})).has_value());
+}
+
+TEST_F(PyramidBuilder, ANameWrittenOtherwiseIsTheSameBuild) {
+  const std::string input = globe();
+  const fs::path detour = folder_ / "." / "globe.tif";
+  ASSERT_NE(detour.string(), input);
+  ASSERT_TRUE(buildPyramid(options("plain.tdb", {input})).has_value());
+  ASSERT_TRUE(buildPyramid(options("detour.tdb", {detour.string()})).has_value());
+  EXPECT_EQ(bytesOf(folder_ / "plain.tdb"), bytesOf(folder_ / "detour.tdb"));
+  const auto again = buildPyramid(options("plain.tdb", {detour.string()}));
+  ASSERT_TRUE(again.has_value());
+  EXPECT_TRUE(again->alreadyComplete);
+}
+
+TEST_F(PyramidBuilder, TheBodysNameIsPartOfTheBuild) {
+  const std::string input = globe();
+  BuildOptions build = options("out.tdb", {input});
+  build.body = geo::earth();
+  ASSERT_TRUE(buildPyramid(build).has_value());
+  build.body = geo::Body{"terra", geo::earth().ellipsoid};
+  EXPECT_FALSE(buildPyramid(build).has_value());
 }
 
 TEST_F(PyramidBuilder, WhatIsNoDatabaseIsNotOverwritten) {

@@ -85,9 +85,8 @@ bool staysInItsFolder(GDALDataset& dataset, const std::string& path) {
   };
   const std::filesystem::path named = whole(path);
   const std::filesystem::path folder = named.parent_path();
-  const CPLStringList files(dataset.GetFileList());
-  for (int i = 0; i < files.size(); ++i) {
-    const std::filesystem::path file = whole(files[i]);
+  for (const std::string& name : filesOf(dataset)) {
+    const std::filesystem::path file = whole(name);
     const auto [end, other] = std::ranges::mismatch(folder, file);
     if (end != folder.end()) return false;
   }
@@ -123,6 +122,15 @@ io::Failure GdalMessages::failure(Code code, std::string what, std::string where
 
 void CloseDataset::operator()(GDALDataset* dataset) const {
   GDALClose(GDALDataset::ToHandle(dataset));
+}
+
+std::vector<std::string> filesOf(GDALDataset& dataset) {
+  const CPLStringList list(dataset.GetFileList());
+  std::vector<std::string> names;
+  for (int i = 0; i < list.size(); ++i)
+    names.emplace_back(list[i]);
+  std::ranges::sort(names);
+  return names;
 }
 
 io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings) {

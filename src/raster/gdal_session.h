@@ -42,6 +42,9 @@ using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 /// What GDAL warns of is added to `warnings`.
 io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
 
+/// The names of all files that a raster is read from, side files included, as GDAL lists them; sorted.
+std::vector<std::string> filesOf(GDALDataset& dataset);
+
 /// A float32 TIFF of one band without georeference; NaN is its NODATA value.
 io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values);
 

@@ -17,6 +17,13 @@ using Code = io::Failure::Code;
 
 constexpr std::uintmax_t kMaxImageFileBytes = std::uintmax_t{1} << 30u;
 
+/// A device, a pipe: something that a file must not be moved over.
+bool takesBytesOnly(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
 /// Lets `write` make a file beside `path`, then moves it there.
 io::Result<void> writeWhole(const fs::path& path, const std::function<io::Result<void>(const fs::path&)>& write) {
   fs::path part = path;
@@ -61,10 +68,13 @@ io::Result<void> writePng(const fs::path& path, const Raster<Rgba8>& image) {
     bytes.error().where = path.string();
     return tl::unexpected(std::move(bytes.error()));
   }
+  if (takesBytesOnly(path)) return writeBytes(path, *bytes);
   return writeWhole(path, [&](const fs::path& part) { return writeBytes(part, *bytes); });
 }
 
 io::Result<void> writeTiffFloat(const fs::path& path, const Raster<float>& values) {
+  if (takesBytesOnly(path))
+    return io::fail(Code::invalidArgument, "a TIFF cannot be written to a device", path.string());
   return writeWhole(path, [&](const fs::path& part) { return gdalWriteFloatTiff(part.string(), values); });
 }
 

@@ -120,6 +120,7 @@ io::Result<RasterFile> RasterFile::open(const std::string& path, Kind kind, cons
   GDALDataset& data = **dataset;
   if (auto fit = checkSize(data, path); !fit) return tl::unexpected(std::move(fit.error()));
   info.path = path;
+  info.files = filesOf(data);
   info.width = data.GetRasterXSize();
   info.height = data.GetRasterYSize();
   info.bands = data.GetRasterCount();

@@ -23,8 +23,9 @@ struct RasterOptions {
 
 struct RasterInfo {
   std::string path;
-  int width = 0;   ///< pixels
-  int height = 0;  ///< pixels
+  std::vector<std::string> files;  ///< all that it is read from: world file, overviews, label, ... beside it; sorted
+  int width = 0;                   ///< pixels
+  int height = 0;                  ///< pixels
   int bands = 0;
   geo::GeoRect bounds;  ///< holds the pixels' full area
   geo::Angle

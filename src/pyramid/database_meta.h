@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pyramid/sqlite.h"
+#include "raster/tile_source.h"
+
+namespace tellurion::pyramid {
+
+/// The version of the file format (docs/tile-database.md) that is written, and the only one that is read.
+inline constexpr std::int64_t kFormatVersion = 1;
+
+/// What the file says about itself (docs/tile-database.md, "meta").
+struct DatabaseMeta {
+  raster::Kind kind = raster::Kind::elevation;
+  tiling::Scheme scheme = tiling::Scheme::cube;
+  geo::Body body = geo::earth();
+  int tileCells = raster::kElevationCells;
+  int maxLevel = 0;
+  geo::GeoRect bounds = geo::GeoRect::whole();
+  double heightStep_m = 0.0;
+  bool complete = false;
+  std::string buildKey;    ///< what this file was, or is being, built from; two equal keys: two equal files
+  std::string requestKey;  ///< the last request alone, whatever was in the file before it
+  std::vector<std::string> sources;
+};
+
+/// The tables `meta` and `sources`. Fails on what is missing or out of its range, and names it.
+io::Result<DatabaseMeta> readMeta(const Connection& connection);
+/// All but the position of an unfinished build.
+io::Result<void> writeMeta(const Connection& connection, const DatabaseMeta& meta);
+
+}  // namespace tellurion::pyramid
