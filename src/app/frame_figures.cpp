@@ -33,6 +33,20 @@ Json fieldsOf(const FrameFigures& f) {
           {"failed_requests", f.scene.failedRequests}};
 }
 
+io::Result<void> cannotWrite(const std::filesystem::path& path, const std::string& reason) {
+  return io::fail(io::Failure::Code::ioError, "cannot be written: " + reason, path.string());
+}
+
+/// `named` is what the user called the file.
+io::Result<void> writeText(const std::filesystem::path& path, const std::string& text,
+                           const std::filesystem::path& named) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) return cannotWrite(named, std::strerror(errno));
+  return {};
+}
+
 }  // namespace
 
 FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget& target, const scene::Frame& frame) {
@@ -73,24 +87,18 @@ std::string csvLine(const FrameFigures& figures) {
 }
 
 io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path part = path.string() + ".part";
-  {
-    std::ofstream file(part, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) {
-      const std::string reason = std::strerror(errno);
-      std::error_code ignored;
-      std::filesystem::remove(part, ignored);
-      return io::fail(io::Failure::Code::ioError, "cannot be written: " + reason, path.string());
-    }
-  }
   std::error_code error;
-  std::filesystem::rename(part, path, error);
-  if (!error) return {};
-  std::error_code ignored;
-  std::filesystem::remove(part, ignored);
-  return io::fail(io::Failure::Code::ioError, "cannot be written: " + error.message(), path.string());
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  const bool isDevice = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+                        !std::filesystem::is_directory(status);
+  if (isDevice) return writeText(path, text, path);
+  const std::filesystem::path part = path.string() + ".part";
+  auto written = writeText(part, text, path);
+  if (written) std::filesystem::rename(part, path, error);
+  if (written && !error) return {};
+  if (written) written = cannotWrite(path, error.message());
+  std::filesystem::remove(part, error);
+  return written;
 }
 
 }  // namespace tellurion::app

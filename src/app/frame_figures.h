@@ -25,7 +25,7 @@ std::string jsonOf(const FrameFigures& figures);
 std::string csvHeader();
 std::string csvLine(const FrameFigures& figures);
 
-/// Through a temporary file beside it: whole or not at all.
+/// Through a temporary file beside it: whole or not at all. A device or a pipe is written to, never replaced.
 io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace tellurion::app

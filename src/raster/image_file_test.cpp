@@ -61,5 +61,15 @@ TEST(ImageFile, FailuresNameTheFile) {
   EXPECT_EQ(text.error().where, folder.file("text.png"));
 }
 
+TEST(ImageFile, DeviceIsWrittenToAndNeverReplaced) {
+  const ScratchFolder folder;
+  const std::filesystem::path device = folder.file("null");  // a link, so that a failing test cannot harm the machine
+  std::filesystem::create_symlink("/dev/null", device);
+  EXPECT_TRUE(writePng(device, Raster<Rgba8>(2, 2)));
+  EXPECT_FALSE(writeTiffFloat(device, Raster<float>(2, 2)));
+  EXPECT_TRUE(std::filesystem::is_symlink(device));
+  EXPECT_TRUE(std::filesystem::is_character_file(device));
+}
+
 }  // namespace
 }  // namespace tellurion::raster
