@@ -16,14 +16,15 @@ using namespace std::chrono_literals;
 constexpr auto kRedrawInterval = 100ms;
 constexpr auto kSignalInterval = 20ms;
 
-volatile std::sig_atomic_t interrupted = 0;
+/// Written by the signal, read by the watcher's thread.
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 void onInterrupt(int) {
-  if (interrupted != 0) {
+  if (interrupted.exchange(true)) {
     std::signal(SIGINT, SIG_DFL);
     std::raise(SIGINT);
   }
-  interrupted = 1;
 }
 
 }  // namespace
@@ -77,11 +78,11 @@ void BuildLines::operator()(std::string_view what, double share) {
 }
 
 InterruptStop::InterruptStop() {
-  interrupted = 0;
+  interrupted = false;
   std::signal(SIGINT, onInterrupt);
   watcher_ = std::jthread([this](std::stop_token over) {
     while (!over.stop_requested()) {
-      if (interrupted != 0) source_.request_stop();
+      if (interrupted) source_.request_stop();
       std::this_thread::sleep_for(kSignalInterval);
     }
   });

@@ -138,7 +138,7 @@ double heightStepFor(double heightQuantum_m) {
 io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base) {
   if (auto ok = checkOptions(options); !ok) return tl::unexpected(ok.error());
   BuildPlan plan;
-  plan.rasterOptions = {.nodata = options.nodata, .body = options.body};
+  plan.rasterOptions = {.nodata = options.nodata, .body = options.body, .cacheBytes = 0};
   if (base) {
     if (auto ok = checkBase(options, *base); !ok) return tl::unexpected(ok.error());
     plan.meta = *base;

@@ -10,7 +10,7 @@ namespace {
 using Code = io::Failure::Code;
 
 constexpr int kGroupSize = 128;
-constexpr std::size_t kMostOpenFiles = 256;  ///< of the walk, which reads no samples
+constexpr std::size_t kMostFilesOfTheWalk = 256;  ///< it reads no samples
 constexpr std::chrono::milliseconds kReportInterval{100};
 
 std::size_t windowFor(int jobs) {
@@ -25,7 +25,8 @@ BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, cons
       database_(database),
       progress_(progress),
       stop_(std::move(stop)),
-      inputs_(plan, kMostOpenFiles),
+      inputs_(plan, kMostFilesOfTheWalk, 0),
+      cacheBytes_(cacheBytesPerFile(jobs, plan.inputs.size())),
       work_(jobs, windowFor(jobs)) {}
 
 io::Result<void> BuildRun::prepareBase() {
@@ -108,7 +109,7 @@ io::Result<void> BuildRun::submit(const Candidate& candidate) {
 TileMaker& BuildRun::makerOfThisThread() {
   const std::scoped_lock lock(makersMutex_);
   std::unique_ptr<TileMaker>& maker = makers_[std::this_thread::get_id()];
-  if (!maker) maker = std::make_unique<TileMaker>(plan_, base_ ? &*base_ : nullptr);
+  if (!maker) maker = std::make_unique<TileMaker>(plan_, base_ ? &*base_ : nullptr, cacheBytes_);
   return *maker;
 }
 

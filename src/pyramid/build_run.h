@@ -48,6 +48,7 @@ class BuildRun {
   const ProgressSink& progress_;
   std::stop_token stop_;
   InputSet inputs_;
+  std::size_t cacheBytes_;  ///< of each file of each maker
   std::optional<TileDatabase> baseRows_;
   std::optional<BaseLayer> base_;
 

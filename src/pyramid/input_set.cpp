@@ -31,7 +31,9 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   if (slot.file) return &*slot.file;
   if (openFiles_ >= mostOpen_) closeOldest();
   const std::string& path = plan_.inputs[static_cast<std::size_t>(input)].path;
-  auto opened = raster::RasterFile::open(path, plan_.meta.kind, plan_.rasterOptions);
+  raster::RasterOptions options = plan_.rasterOptions;
+  options.cacheBytes = cacheBytes_;
+  auto opened = raster::RasterFile::open(path, plan_.meta.kind, options);
   if (!opened) return tl::unexpected(opened.error());
   slot.file.emplace(std::move(*opened));
   ++openFiles_;

@@ -14,9 +14,9 @@ namespace tellurion::pyramid {
 /// when many are open. One thread only.
 class InputSet {
  public:
-  /// At most `mostOpen` files are open at a time, at least one.
-  InputSet(const BuildPlan& plan, std::size_t mostOpen)
-      : plan_(plan), files_(plan.inputs.size()), mostOpen_(mostOpen) {}
+  /// At most `mostOpen` files are open at a time, at least one, each with a cache of `cacheBytes`.
+  InputSet(const BuildPlan& plan, std::size_t mostOpen, std::size_t cacheBytes)
+      : plan_(plan), files_(plan.inputs.size()), mostOpen_(mostOpen), cacheBytes_(cacheBytes) {}
 
   /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a value depends on the
   /// place alone: neither on the tile that asks nor on its level.
@@ -43,6 +43,7 @@ class InputSet {
   const BuildPlan& plan_;
   std::vector<Slot> files_;
   std::size_t mostOpen_;
+  std::size_t cacheBytes_;
   std::size_t openFiles_ = 0;
   std::uint64_t uses_ = 0;
   std::set<std::string> warnings_;  ///< of files that are closed again

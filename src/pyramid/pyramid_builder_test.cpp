@@ -11,6 +11,7 @@
 
 #include "pyramid/build_plan.h"
 #include "pyramid/synthetic_rasters_test.h"
+#include "pyramid/tile_maker.h"
 #include "pyramid/verify.h"
 
 namespace tellurion::pyramid::testing {
@@ -253,6 +254,20 @@ TEST(BuildPlan, DepthIsTheFirstLevelAsFineAsTheInput) {
   EXPECT_EQ(depthForSpacing(tiling, 64, spacing * 2.0), 3);
   EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::degrees(1000)), 0);
   EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
+}
+
+TEST(BuildMemory, AllFilesOfAllThreadsShareOneBudget) {
+  constexpr std::size_t kMiB = std::size_t{1} << 20u;
+  for (const int jobs : {1, 4, 16, 32}) {
+    for (const std::size_t inputs : {1u, 3u, 16u, 5000u}) {
+      const std::size_t files = std::min<std::size_t>(inputs, 16) * static_cast<std::size_t>(jobs);
+      const std::size_t bytes = cacheBytesPerFile(jobs, inputs);
+      EXPECT_LE(files * bytes, 512 * kMiB) << jobs << " threads, " << inputs << " inputs";
+      EXPECT_GE(bytes, kMiB);
+    }
+  }
+  EXPECT_EQ(cacheBytesPerFile(1, 1), 64 * kMiB);
+  EXPECT_EQ(cacheBytesPerFile(1024, 16), kMiB);
 }
 
 TEST(BuildPlan, HeightStepIsAPowerOfTwo) {

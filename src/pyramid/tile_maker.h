@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -29,6 +30,13 @@ struct TileTask {
   bool hasChildren() const;
 };
 
+/// A thread has no more inputs open at a time.
+inline constexpr std::size_t kMostOpenFiles = 16;
+
+/// What each open input of each thread may keep of decoded blocks, so that all together keep about 512 MiB; at least
+/// 1 MiB, for a tile needs some at once.
+std::size_t cacheBytesPerFile(int jobs, std::size_t inputs);
+
 /// Makes tiles for one thread. Nothing: there is no data in the tile, and no child.
 ///
 /// Elevation: a sample that a stored child has is the child's; others are the inputs at that place. Both are the same
@@ -36,13 +44,12 @@ struct TileTask {
 /// Imagery: a quadrant whose child is stored is the child halved in linear light; the rest is sampled from the inputs.
 class TileMaker {
  public:
-  TileMaker(const BuildPlan& plan, const BaseLayer* base) : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles) {}
+  TileMaker(const BuildPlan& plan, const BaseLayer* base, std::size_t cacheBytes)
+      : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles, cacheBytes) {}
   io::Result<std::optional<TileRecord>> make(const TileTask& task);
   const InputSet& inputs() const { return inputs_; }
 
  private:
-  static constexpr std::size_t kMostOpenFiles = 16;
-
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
   io::Result<std::optional<TileRecord>> makeImagery(const TileTask& task);
   io::Result<void> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,

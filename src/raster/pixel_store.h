@@ -26,20 +26,22 @@ struct Window {
   int height = 0;
 };
 
-/// All pixels of a file, level by level, read in blocks of 256 x 256 of which the latest used are kept: 64 MiB.
+/// All pixels of a file, level by level, read in blocks of 256 x 256 of which the latest used are kept.
 /// One thread only.
 template <class T>
 class PixelStore {
  public:
   static constexpr int kBits = 8;
   static constexpr int kSide = 1 << kBits;
-  static constexpr std::size_t kBudgetBytes = std::size_t{64} << 20u;
-  static constexpr std::size_t kMostBlocks = kBudgetBytes / (sizeof(T) * kSide * kSide);
+  static constexpr std::size_t kFewestBlocks = 4;  ///< those around a corner
 
   /// Fills a window at the start of a block, whose rows are kSide apart.
   using Read = std::function<io::Result<void>(const Window&, T* block)>;
 
-  PixelStore(std::vector<GridTopology> levels, Read read) : levels_(std::move(levels)), read_(std::move(read)) {}
+  PixelStore(std::vector<GridTopology> levels, std::size_t budgetBytes, Read read)
+      : levels_(std::move(levels)),
+        read_(std::move(read)),
+        mostBlocks_(std::max(kFewestBlocks, budgetBytes / (sizeof(T) * kSide * kSide))) {}
 
   const std::vector<GridTopology>& levels() const { return levels_; }
   /// Set once a read has failed.
@@ -126,7 +128,7 @@ class PixelStore {
 
   /// New memory, or that of the block unused for longest.
   Pixels roomForOne() {
-    if (blocks_.size() < kMostBlocks) return Pixels(new T[static_cast<std::size_t>(kSide) * kSide]);
+    if (blocks_.size() < mostBlocks_) return Pixels(new T[static_cast<std::size_t>(kSide) * kSide]);
     Pixels pixels = std::move(blocks_.back().pixels);
     index_.erase(blocks_.back().key);
     blocks_.pop_back();
@@ -136,6 +138,7 @@ class PixelStore {
   static constexpr std::uint64_t kNone = ~std::uint64_t{0};
   std::vector<GridTopology> levels_;
   Read read_;
+  std::size_t mostBlocks_;
   std::list<Block> blocks_;  // The latest used is in front.
   std::unordered_map<std::uint64_t, typename std::list<Block>::iterator> index_;
   std::uint64_t lastKey_ = kNone;

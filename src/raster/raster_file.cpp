@@ -45,9 +45,10 @@ struct Samples {
   Bands bands;
   PixelStore<T> store;
 
-  Samples(Bands b, const GridTopology& full)
-      : bands(std::move(b)),
-        store(topologies(bands, full), [this](const Window& window, T* block) { return bands.read(window, block); }) {}
+  Samples(Bands b, const GridTopology& full, std::size_t cacheBytes)
+      : bands(std::move(b)), store(topologies(bands, full), cacheBytes, [this](const Window& window, T* block) {
+          return bands.read(window, block);
+        }) {}
   Samples(const Samples&) = delete;
   Samples& operator=(const Samples&) = delete;
 };
@@ -140,11 +141,11 @@ io::Result<RasterFile> RasterFile::open(const std::string& path, Kind kind, cons
     auto band = HeightBand::open(data, path, options.nodata, state->info.body, warnings);
     if (!band) return tl::unexpected(std::move(band.error()));
     state->info.heightQuantum_m = band->quantum_m();
-    state->heights.emplace(std::move(*band), grid);
+    state->heights.emplace(std::move(*band), grid, options.cacheBytes);
   } else {
     auto bands = ColourBands::open(data, path, options.nodata, warnings);
     if (!bands) return tl::unexpected(std::move(bands.error()));
-    state->colours.emplace(std::move(*bands), grid);
+    state->colours.emplace(std::move(*bands), grid, options.cacheBytes);
   }
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
   return RasterFile(std::move(state));

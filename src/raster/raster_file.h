@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,10 +16,11 @@
 
 namespace tellurion::raster {
 
-/// What a person may know better than the file.
+/// What a person may know better than the file, and the memory that it may take.
 struct RasterOptions {
   std::optional<double> nodata;   ///< in place of the file's own NODATA values; as stored, before scale and offset
   std::optional<geo::Body> body;  ///< in place of what the file's spatial reference says
+  std::size_t cacheBytes = std::size_t{64} << 20u;  ///< decoded blocks that are kept; a few are kept in any case
 };
 
 struct RasterInfo {
@@ -45,8 +47,8 @@ struct RasterInfo {
 /// process's GDAL, for side files are opened with any driver that GDAL knows. (netCDF's library may follow links inside
 /// netCDF-4 files to other local files.)
 ///
-/// Memory: decoded blocks of 256 x 256 samples are kept up to 64 MiB a file, whatever the raster's size, besides GDAL's
-/// own block cache, which all files share (held to 256 MiB unless GDAL_CACHEMAX says otherwise).
+/// Memory: decoded blocks of 256 x 256 samples are kept up to RasterOptions::cacheBytes a file, whatever the raster's
+/// size, besides GDAL's own block cache, which all files share (held to 256 MiB unless GDAL_CACHEMAX says otherwise).
 ///
 /// A sample depends on the direction and the footprint alone, never on the other samples of a call, to the last bit.
 ///

@@ -125,6 +125,27 @@ TEST(RasterOpen, ALabelReachesNoFileOutsideItsFolder) {
   expectFailure(folder.file("inner/far.lbl"), Kind::elevation, "outside its own folder");
 }
 
+TEST(RasterOpen, ASmallCacheGivesTheSameSamples) {
+  const ScratchFolder folder;
+  testing::MadeRaster made = smallGrid();
+  made.width = made.height = 1500;
+  made.type = GDT_Int16;
+  made.transform = {5, 0.001, 0, 5, 0, -0.001};
+  made.value = [](int, int col, int row) { return (col * 31 + row * 17) % 4001; };
+  makeRaster(folder.file("a.tif"), made);
+  std::vector<geo::Direction> places;
+  for (int i = 0; i < 20000; ++i)
+    places.push_back(geo::directionFromDegrees(5.0 - 1.5 * ((i * 7919) % 20000) / 20000.0, 5.0 + 1.5 * i / 20000.0));
+  std::vector<float> some(places.size(), -1.0f);
+  std::vector<float> all(places.size(), -2.0f);
+  auto small = RasterFile::open(folder.file("a.tif"), Kind::elevation, {.nodata = {}, .body = {}, .cacheBytes = 0});
+  auto large = openOrDie(folder.file("a.tif"), Kind::elevation);
+  ASSERT_TRUE(small);
+  ASSERT_TRUE(small->sampleHeights(places, geo::Angle(), some));
+  ASSERT_TRUE(large.sampleHeights(places, geo::Angle(), all));
+  EXPECT_EQ(some, all);
+}
+
 TEST(RasterOpen, WithoutAPlaceThereIsNoRaster) {
   const ScratchFolder folder;
   testing::MadeRaster made{.width = 4, .height = 4, .type = GDT_Byte, .value = [](int, int, int) { return 1.0; }};
