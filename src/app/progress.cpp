@@ -8,6 +8,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "scene/layer_sources.h"
+
 namespace tellurion::app {
 namespace {
 
@@ -68,6 +70,11 @@ void ProgressLine::clear() {
 
 void BuildLines::operator()(std::string_view what, double share) {
   constexpr std::uint64_t kWhole = 100;
+  if (share == scene::kWarningShare) {
+    line_.reset();
+    fmt::print(stderr, "warning: {}\n", what);
+    return;
+  }
   if (!line_ || what != what_) {
     line_.reset();
     what_ = what;

@@ -31,7 +31,8 @@ class ProgressLine {
   std::size_t shown_ = 0;  ///< characters on the line
 };
 
-/// Rasters of a scene being built into databases (scene::BuildSink): a line for each, one at a time.
+/// Rasters of a scene being built into databases (scene::BuildSink): a line for each, one at a time;
+/// warnings stay.
 class BuildLines {
  public:
   void operator()(std::string_view what, double share);

@@ -185,6 +185,12 @@ io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan
 
 }  // namespace
 
+io::Result<std::string> keyOfBuild(const BuildOptions& options) {
+  auto plan = planBuild(options, std::nullopt);
+  if (!plan) return tl::unexpected(std::move(plan.error()));
+  return std::move(plan->meta.buildKey);
+}
+
 io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress, std::stop_token stop) {
   const auto existing = finishedAt(options.output);
   if (!existing) {

@@ -46,6 +46,10 @@ struct BuildReport {
   std::vector<std::string> warnings;  ///< of opening and of sampling, each once, sorted; at most 101
 };
 
+/// Names all that the bytes of a new database with these options depend on: the options, every file that is read, and
+/// the versions of builder and format. Opens the inputs; `output` and `jobs` do not count.
+io::Result<std::string> keyOfBuild(const BuildOptions& options);
+
 /// Builds or extends a tile database. All cores work; memory is bounded whatever the size of the inputs. The result is
 /// the same, byte for byte, whatever the number of threads and however often the build was killed and started again. A
 /// stop asked for through `stop` gives Failure::Code::cancelled; the same call then goes on where it was.

@@ -1,45 +1,82 @@
 #include "scene/layer_sources.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <string_view>
+#include <thread>
 
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
+#include "raster/raster_file.h"
 
 namespace tellurion::scene {
 namespace {
 
 namespace fs = std::filesystem;
+using Code = io::Failure::Code;
 using SourcePointer = std::shared_ptr<const raster::TileSource>;
 
-/// FNV-1a: names the file in the cache folder, keeps no secret.
-std::uint64_t fingerprint(std::string_view text) {
-  std::uint64_t hash = 14695981039346656037u;
-  for (const char c : text)
-    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return hash;
-}
-
-/// Where the tile database of a raster is kept: another file, another time of change, another use is another database.
-io::Result<fs::path> cachedDatabase(const std::string& path, raster::Kind kind, const Scene& scene) {
+/// A raster as a layer of the scene: what is built of it, when it is not there yet.
+io::Result<pyramid::BuildOptions> buildFor(const std::string& path, raster::Kind kind, const Scene& scene) {
+  const auto file = raster::RasterFile::open(path, kind);
+  if (!file) return tl::unexpected(file.error());
+  const raster::RasterInfo& info = file->info();
+  if (!info.bodyIsAssumed && !(info.body.ellipsoid == scene.body.ellipsoid)) {
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("lies on {} by its spatial reference, the scene on {}; set the scene's body, or take the "
+                    "layer out",
+                    info.body.name, scene.body.name),
+        path);
+  }
   std::error_code error;
   const fs::path whole = fs::canonical(path, error);
-  if (error) return io::fail(io::Failure::Code::notFound, "there is no such file", path);
-  const auto size = fs::file_size(whole, error);
-  const auto changed = fs::last_write_time(whole, error).time_since_epoch().count();
-  if (error) return io::fail(io::Failure::Code::ioError, "is not a plain file", path);
-  const geo::Ellipsoid& e = scene.body.ellipsoid;
-  const std::string key = fmt::format("1|{}|{}|{}|{}|{}|{}|{}", whole.string(), size, changed, raster::nameOf(kind),
-                                      tiling::nameOf(scene.tiling), e.semiMajorAxis_m(), e.flattening());
+  if (error) return io::fail(Code::notFound, "there is no such file", path);
+  pyramid::BuildOptions options{
+      .output = {}, .inputs = {whole.string()}, .kind = kind, .scheme = scene.tiling, .body = scene.body};
+  const auto key = pyramid::keyOfBuild(options);
+  if (!key) return tl::unexpected(key.error());
   const fs::path folder = cacheFolder();
   fs::create_directories(folder, error);
-  if (error)
-    return io::fail(io::Failure::Code::ioError, "cannot make the cache folder; set XDG_CACHE_HOME", folder.string());
-  return folder / fmt::format("{}_{:016x}.tdb", whole.stem().string(), fingerprint(key));
+  if (error) return io::fail(Code::ioError, "cannot make the cache folder; set XDG_CACHE_HOME", folder.string());
+  options.output = folder / fmt::format("{}_{}.tdb", whole.stem().string(), *key);
+  return options;
 }
+
+fs::path withSuffix(const fs::path& path, const char* suffix) {
+  fs::path result = path;
+  result += suffix;
+  return result;
+}
+
+/// Keeps other programs from building the same database while it lives. Where the file system knows no locks there is
+/// none; the builder itself then still notices another one.
+class BuildLock {
+ public:
+  /// Waits while another program holds it; `waiting` is called now and then meanwhile.
+  BuildLock(const fs::path& path, const std::function<void()>& waiting)
+      : file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
+    while (file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      waiting();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  }
+  ~BuildLock() {
+    if (file_ >= 0) ::close(file_);
+  }
+  BuildLock(const BuildLock&) = delete;
+  BuildLock& operator=(const BuildLock&) = delete;
+
+ private:
+  int file_;
+};
 
 io::Result<SourcePointer> openDatabase(const fs::path& path) {
   auto reader = pyramid::PyramidReader::open(path);
@@ -47,21 +84,40 @@ io::Result<SourcePointer> openDatabase(const fs::path& path) {
   return SourcePointer(std::move(*reader));
 }
 
+/// Builds the database; what an earlier run left and does not open is built anew.
+io::Result<void> build(const std::string& path, const pyramid::BuildOptions& options, const BuildSink& progress) {
+  const auto sink = [&](const pyramid::BuildProgress& p) {
+    if (progress && p.total > 0) progress(path, static_cast<double>(p.done) / static_cast<double>(p.total));
+  };
+  std::error_code error;
+  fs::remove(options.output, error);
+  auto report = pyramid::buildPyramid(options, sink);
+  if (!report && report.error().code == Code::corrupt && fs::remove(withSuffix(options.output, ".part"), error)) {
+    report = pyramid::buildPyramid(options, sink);
+  }
+  if (!report) return tl::unexpected(report.error());
+  if (!progress) return {};
+  for (const std::string& warning : report->warnings)
+    progress(warning, kWarningShare);
+  return {};
+}
+
 io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind, const Scene& scene,
                                      const BuildSink& progress) {
   if (isTileDatabase(path)) return openDatabase(path);
-  auto database = cachedDatabase(path, kind, scene);
-  if (!database) return tl::unexpected(std::move(database.error()));
-  if (fs::exists(*database)) {
-    if (auto cached = openDatabase(*database)) return cached;
+  const auto options = buildFor(path, kind, scene);
+  if (!options) return tl::unexpected(options.error());
+  if (fs::exists(options->output)) {
+    if (auto cached = openDatabase(options->output)) return cached;
   }
-  const pyramid::BuildOptions options{
-      .output = *database, .inputs = {path}, .kind = kind, .scheme = scene.tiling, .body = scene.body};
-  const auto report = pyramid::buildPyramid(options, [&](const pyramid::BuildProgress& p) {
-    if (progress && p.total > 0) progress(path, static_cast<double>(p.done) / static_cast<double>(p.total));
+  const BuildLock lock(withSuffix(options->output, ".lock"), [&] {
+    if (progress) progress(path + ", which another program builds", 0.0);
   });
-  if (!report) return tl::unexpected(report.error());
-  return openDatabase(*database);
+  if (fs::exists(options->output)) {  // the other program's, or one that does not open
+    if (auto cached = openDatabase(options->output)) return cached;
+  }
+  if (auto ok = build(path, *options, progress); !ok) return tl::unexpected(ok.error());
+  return openDatabase(options->output);
 }
 
 }  // namespace

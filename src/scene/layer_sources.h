@@ -8,8 +8,13 @@
 
 namespace tellurion::scene {
 
+/// The share with which a BuildSink is told a warning about a raster ("PATH: sentence") instead of progress.
+inline constexpr double kWarningShare = -1.0;
+
 /// Opens the sources of all layers of a scene. Rasters are built into tile databases in the cache folder first, unless
-/// one that was built from the same file (path, size, time of change) for the same tiling and body is there.
+/// one that was built from the same files (path, size, time of change; side files too) for the same tiling and body, by
+/// the same version of the builder, is there and opens. While another program builds the same one, this one waits. A
+/// raster whose spatial reference names another body than the scene's is a failure.
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress);
 
 /// Whether a source is a tile database, by its name.

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
+#include <vector>
 
 #include "geo/body.h"
 
@@ -70,6 +73,48 @@ TEST_F(LayerSources, aPictureWithoutReferenceTakesTheBodyOfTheOthers) {
   EXPECT_EQ(scene->elevation.size(), 1u);
   EXPECT_EQ(scene->imagery.size(), 1u);
   EXPECT_FALSE(openScene(kData + "mars/mola_dem_4ppd.tif," + kData + "earth/etopo5_dem_10min.tif"));
+}
+
+TEST_F(LayerSources, whatDoesNotOpenInTheCacheIsBuiltAgain) {
+  const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
+  ASSERT_TRUE(openLayers(scene, {}));
+  for (const auto& entry : fs::directory_iterator(cacheFolder())) {
+    if (entry.path().extension() == ".tdb") std::ofstream(entry.path(), std::ios::trunc) << "no database at all";
+  }
+  const auto again = openLayers(scene, {});
+  EXPECT_TRUE(again) << io::describe(again.error());
+  EXPECT_EQ(databases(), 1);
+}
+
+TEST_F(LayerSources, twoAtOnceBuildOnce) {
+  const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
+  std::array<bool, 3> opened{};
+  {
+    std::vector<std::jthread> threads;
+    for (bool& done : opened)
+      threads.emplace_back([&scene, &done] { done = openLayers(scene, {}).has_value(); });
+  }
+  for (const bool done : opened)
+    EXPECT_TRUE(done);
+  EXPECT_EQ(databases(), 1);
+}
+
+TEST_F(LayerSources, aRasterOfAnotherBodyIsAFailure) {
+  Scene scene;
+  scene.body = geo::moon();
+  scene.elevation.push_back({.source = kData + "mars/mola_dem_4ppd.tif"});
+  const auto layers = openLayers(scene, {});
+  ASSERT_FALSE(layers);
+  EXPECT_NE(layers.error().message.find("lies on mars"), std::string::npos) << layers.error().message;
+  EXPECT_NE(layers.error().message.find("moon"), std::string::npos) << layers.error().message;
+}
+
+TEST_F(LayerSources, warningsOfABuildAreHandedOn) {
+  // A picture that only a world file places: its reference is assumed, which is worth a warning.
+  const Scene scene = openScene(kData + "mars/viking_mdim21_color_2880x1440.jpg").value();
+  int warnings = 0;
+  ASSERT_TRUE(openLayers(scene, [&](std::string_view, double share) { warnings += share == kWarningShare ? 1 : 0; }));
+  EXPECT_GT(warnings, 0);
 }
 
 TEST_F(LayerSources, whatIsNoRasterIsAFailureThatNamesIt) {
