@@ -41,7 +41,9 @@ struct DataSet {
   double finestSample_m = 0;  ///< at those points
 };
 
-std::string embedded(const std::string& file) { return TELLURION_SOURCE_DIR "/data/" + file; }
+std::string embedded(const std::string& file) {
+  return TELLURION_SOURCE_DIR "/data/" + file;
+}
 
 std::vector<DataSet> dataSets() {
   return {
@@ -75,13 +77,15 @@ std::vector<scene::View> randomViews(const DataSet& data, int count) {
     const double north = std::sin(data.where.north.radians());
     const geo::Geodetic target{.lat = geo::Angle::radians(std::asin(uniform(south, north))),
                                .lon = data.where.west + data.where.width * uniform(0.0, 1.0)};
-    // The eye a random distance away, 12 to 90 degrees above the horizon of the target: no pixel nearer than the lowest distance.
+    // The eye a random distance away, 12 to 90 degrees above the horizon of the target: no pixel nearer than the lowest
+    // distance.
     const double distance = lowest * std::exp(uniform(std::log(1.3), std::log(8.0)));
     const double elevation = uniform(12.0, 90.0) * geo::kPi / 180.0;
     const double azimuth = uniform(0.0, 2.0 * geo::kPi);
     const geo::LocalFrame frame = geo::localFrameAt(data.body.ellipsoid, target);
-    const geo::Vec3 away = frame.bodyFromEnu() * geo::Vec3(std::cos(elevation) * std::sin(azimuth),
-                                                           std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
+    const geo::Vec3 away =
+        frame.bodyFromEnu() * geo::Vec3(std::cos(elevation) * std::sin(azimuth),
+                                        std::cos(elevation) * std::cos(azimuth), std::sin(elevation));
     const geo::BodyPosition eye = frame.origin + away * distance;
     const geo::Geodetic place = data.body.ellipsoid.geodeticFromBody(eye);
     if (place.height_m < lowest) continue;
@@ -132,6 +136,23 @@ bool agrees(float drawn, const raster::Raster<double>& truth, int col, int row, 
   return static_cast<double>(drawn) >= nearest - slack && (sky || static_cast<double>(drawn) <= farthest + slack);
 }
 
+/// The frame that the view needs, whole.
+const scene::Frame& wholeFrame(scene::Globe& globe, const scene::View& view) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!globe.update(view).complete && std::chrono::steady_clock::now() < deadline)
+    globe.waitForArrivals(std::chrono::milliseconds(500));
+  return globe.update(view);
+}
+
+/// Share of the pixels that agree with the truth.
+double agreement(const raster::Raster<float>& drawn, const raster::Raster<double>& truth, double pixelAngle) {
+  int good = 0;
+  for (int row = 0; row < kSize.height; ++row)
+    for (int col = 0; col < kSize.width; ++col)
+      good += agrees(drawn.at(col, row), truth, col, row, pixelAngle) ? 1 : 0;
+  return static_cast<double>(good) / (kSize.width * kSize.height);
+}
+
 class DepthTruth : public testing::TestWithParam<tiling::Scheme> {
  protected:
   static void SetUpTestSuite() {
@@ -162,7 +183,8 @@ TEST_P(DepthTruth, AgreesWithRaysThroughTheSource) {
   ASSERT_TRUE(renderer);
   const auto target = render::RenderTarget::create(kSize);
   ASSERT_TRUE(target);
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("depth_truth_" + std::string(nameOf(GetParam())));
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("depth_truth_" + std::string(nameOf(GetParam())));
   std::filesystem::create_directories(folder);
 
   for (const DataSet& data : dataSets()) {
@@ -170,35 +192,40 @@ TEST_P(DepthTruth, AgreesWithRaysThroughTheSource) {
     const auto globe = globeOf(data, GetParam(), folder);
     ASSERT_TRUE(globe);
     double worstShare = 1.0;
-    long long pixels = 0;
-    long long within = 0;
+    double sum = 0;
     int number = 0;
     for (const scene::View& view : randomViews(data, camerasPerCase)) {
-      const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-      while (!globe->update(view).complete && std::chrono::steady_clock::now() < deadline)
-        globe->waitForArrivals(std::chrono::milliseconds(500));
-      const scene::Frame& frame = globe->update(view);
+      const scene::Frame& frame = wholeFrame(*globe, view);
       ASSERT_TRUE(frame.complete) << data.name << " camera " << number;
       renderer->draw(frame, *target);
-      const raster::Raster<float> drawn = render::readDistance(*target, view);
-      const raster::Raster<double> truth = truthOf(surface, view);
-      int good = 0;
-      for (int row = 0; row < kSize.height; ++row)
-        for (int col = 0; col < kSize.width; ++col)
-          good += agrees(drawn.at(col, row), truth, col, row, view.pixelAngle()) ? 1 : 0;
-      const double share = static_cast<double>(good) / (kSize.width * kSize.height);
-      EXPECT_GE(share, kShareWithin) << data.name << " camera " << number << " of seed " << seed << ", eye " << view.eye.m.x << ' '
-                                     << view.eye.m.y << ' ' << view.eye.m.z;
+      const double share = agreement(render::readDistance(*target, view), truthOf(surface, view), view.pixelAngle());
+      EXPECT_GE(share, kShareWithin) << data.name << " camera " << number << " of seed " << seed << ", eye "
+                                     << view.eye.m.x << ' ' << view.eye.m.y << ' ' << view.eye.m.z;
       worstShare = std::min(worstShare, share);
-      pixels += kSize.width * kSize.height;
-      within += good;
+      sum += share;
       ++number;
     }
-    std::printf("%-8s %-10s %d cameras: %.3f%% of pixels within one pixel of the truth, worst camera %.3f%%\n", data.name.c_str(),
-                std::string(nameOf(GetParam())).c_str(), number, 100.0 * static_cast<double>(within) / static_cast<double>(pixels),
+    std::printf("%-8s %-10s %d cameras: %.3f%% of pixels within one pixel of the truth, worst camera %.3f%%\n",
+                data.name.c_str(), std::string(nameOf(GetParam())).c_str(), number, 100.0 * sum / number,
                 100.0 * worstShare);
   }
   std::filesystem::remove_all(folder);
+}
+
+// The measure above can fail: near the mountains the bare ellipsoid does not pass it.
+TEST_P(DepthTruth, TellsTheGroundFromTheEllipsoid) {
+  if (!context()) GTEST_SKIP() << "no OpenGL context here";
+  auto renderer = render::Renderer::create();
+  ASSERT_TRUE(renderer);
+  const auto target = render::RenderTarget::create(kSize);
+  ASSERT_TRUE(target);
+  const DataSet data = dataSets()[1];
+  const truth::SourceSurface surface(data.rasters, data.body.ellipsoid);
+  const auto bare = scene::Globe::fromLayers({.body = data.body, .tiling = GetParam()}, {});
+  ASSERT_TRUE(bare);
+  const scene::View view = randomViews(data, 1).front();
+  renderer->draw(wholeFrame(**bare, view), *target);
+  EXPECT_LT(agreement(render::readDistance(*target, view), truthOf(surface, view), view.pixelAngle()), 0.9);
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, DepthTruth,

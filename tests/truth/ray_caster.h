@@ -5,8 +5,9 @@
 
 #include "geo/ellipsoid.h"
 
-// The truth that pictures are measured against: rays marched through the source rasters themselves. It shares nothing with
-// the program but the names of its positions: no tiles, no GPU, rasters read whole by GDAL, GeographicLib for the ellipsoid.
+// The truth that pictures are measured against: rays marched through the source rasters themselves. It shares nothing
+// with the program but the names of its positions: no tiles, no GPU, rasters read whole by GDAL, GeographicLib for the
+// ellipsoid.
 namespace tellurion::truth {
 
 /// Longitude-latitude rasters held whole in memory, later ones over earlier ones, bilinear between sample centres.
