@@ -13,69 +13,120 @@ float believed(float height_m) {
   return std::abs(height_m) <= static_cast<float>(kWildestHeight_m) ? height_m : raster::kNoData;
 }
 
-/// A sample of a tile in those of an ancestor, bilinear. NODATA when the nearest is NODATA, else over those that have
-/// data. Symmetric in its neighbours to the last bit, so both sides of an edge find the same.
+/// A sample of a tile in those of an ancestor, bilinear. NODATA when the nearest is NODATA (of several equally near
+/// ones: when all are), else over those that have data. The same to the last bit whichever way columns and rows run, so
+/// both sides of an edge find the same: no more than two weights are not zero there, and a sum of two is the same
+/// either way.
 float resampled(const raster::Raster<float>& from, double col, double row) {
   const double baseCol = std::min(std::floor(col), from.width - 2.0);
   const double baseRow = std::min(std::floor(row), from.height - 2.0);
   const double right = col - baseCol;
   const double below = row - baseRow;
-  const int c = static_cast<int>(baseCol);
-  const int r = static_cast<int>(baseRow);
-  if (raster::isNoData(believed(from.at(c + (right > 0.5 ? 1 : 0), r + (below > 0.5 ? 1 : 0))))) return raster::kNoData;
   double sum = 0.0;
   double weights = 0.0;
-  const auto add = [&](int dc, int dr) {
-    const double weight = (dc != 0 ? right : 1.0 - right) * (dr != 0 ? below : 1.0 - below);
-    const float value = believed(from.at(c + dc, r + dr));
-    if (weight == 0.0 || raster::isNoData(value)) return;
-    sum += weight * static_cast<double>(value);
-    weights += weight;
-  };
-  add(0, 0);
-  add(1, 1);
-  add(1, 0);
-  add(0, 1);
-  return static_cast<float>(sum / weights);
+  double nearest = 0.0;
+  double nearestWithData = 0.0;
+  for (const int dr : {0, 1}) {
+    for (const int dc : {0, 1}) {
+      const double weight = (dc != 0 ? right : 1.0 - right) * (dr != 0 ? below : 1.0 - below);
+      nearest = std::max(nearest, weight);
+      const float value = weight > 0.0
+                              ? believed(from.at(static_cast<int>(baseCol) + dc, static_cast<int>(baseRow) + dr))
+                              : raster::kNoData;
+      if (raster::isNoData(value)) continue;
+      nearestWithData = std::max(nearestWithData, weight);
+      sum += weight * static_cast<double>(value);
+      weights += weight;
+    }
+  }
+  return nearestWithData < nearest ? raster::kNoData : static_cast<float>(sum / weights);
 }
+
+/// Something for every place of a tile where other tiles touch it: edges by tiling::Edge, corners by tiling::kCorners,
+/// of which corner k lies between edges k - 1 and k (both run clockwise from the top left).
+template <class T>
+struct Rim {
+  std::array<T, 4> edges{};
+  std::array<T, 4> corners{};
+};
+
+/// The tiles of the same level that touch a tile.
+struct Touching {
+  std::array<tiling::TileId, 4> edges;
+  std::array<std::vector<tiling::TileId>, 4> corners;
+};
+
+Touching touching(const tiling::Tiling& tiling, const tiling::TileId& id) {
+  Touching out;
+  for (std::size_t k = 0; k < 4; ++k) {
+    out.edges[k] = tiling.edgeNeighbour(id, tiling::kEdges[k]).tile;
+    for (const auto& t : tiling.cornerNeighbours(id, tiling::kCorners[k]))
+      out.corners[k].push_back(t);
+  }
+  return out;
+}
+
+/// Levels of stored data in a tile, and where others touch it: there the deepest level that all have.
+class StoredLevels {
+ public:
+  template <class LevelOf>
+  StoredLevels(const tiling::TileId& id, const Touching& others, int cells, const LevelOf& levelOf)
+      : own_(levelOf(id)), cells_(cells) {
+    if (own_ < 0) return;
+    for (std::size_t e = 0; e < 4; ++e)
+      rim_.edges[e] = std::min(own_, levelOf(others.edges[e]));
+    for (std::size_t k = 0; k < 4; ++k) {
+      rim_.corners[k] = std::min(rim_.edges[k], rim_.edges[(k + 3) % 4]);
+      for (const auto& t : others.corners[k])
+        rim_.corners[k] = std::min(rim_.corners[k], levelOf(t));
+    }
+  }
+
+  int own() const { return own_; }
+  /// Sample (col, row), -1..cells + 1.
+  int at(int col, int row) const {
+    const bool top = row == 0;
+    const bool bottom = row == cells_;
+    const bool left = col == 0;
+    const bool right = col == cells_;
+    if (own_ < 0 || !(top || bottom || left || right)) return own_;
+    if (top && left) return rim_.corners[0];
+    if (top && right) return rim_.corners[1];
+    if (bottom && right) return rim_.corners[2];
+    if (bottom && left) return rim_.corners[3];
+    return rim_.edges[top ? 0u : right ? 1u : bottom ? 2u : 3u];
+  }
+
+ private:
+  int own_;
+  int cells_;
+  Rim<int> rim_;
+};
 
 /// One layer's samples of one tile, from whichever level they may come.
 class LayerSampler {
  public:
-  LayerSampler(LayerTiles& layer, const tiling::Tiling& tiling, const tiling::TileId& id, int cells)
-      : layer_(layer), id_(id), cells_(cells), own_(layer.storedLevel(id)) {
-    const auto atLevel = [&](const tiling::TileId& t) { return std::min(own_, layer.storedLevel(t)); };
-    if (own_ >= 0) {
-      for (std::size_t e = 0; e < 4; ++e)
-        edges_[e] = atLevel(tiling.edgeNeighbour(id, tiling::kEdges[e]).tile);
-      for (std::size_t k = 0; k < 4; ++k)
-        corners_[k] = cornerLevel(tiling, k, atLevel);
-    }
+  LayerSampler(LayerTiles& layer, const tiling::TileId& id, const Touching& others, int cells)
+      : layer_(layer),
+        id_(id),
+        cells_(cells),
+        levels_(id, others, cells, [&](const tiling::TileId& t) { return layer.storedLevel(t); }),
+        own_(levels_.own()) {
     tile_ = fetch(own_);
   }
 
   const raster::SourceTile* ownTile() const { return own_ == id_.level ? tile_.get() : nullptr; }
-  const raster::SourceTile* nearestTile() const { return tile_.get(); }
   int level() const { return own_; }
 
   /// Sample (col, row), -1..cells + 1.
   float at(int col, int row) {
-    const int level = levelFor(col, row);
+    const int level = std::min(own_, levels_.at(col, row));
     if (level == own_) return tile_ ? sample(*tile_, own_, col, row) : raster::kNoData;
     const LayerTiles::TilePointer& tile = coarser(level);
     return tile ? sample(*tile, level, col, row) : raster::kNoData;
   }
 
  private:
-  template <class AtLevel>
-  int cornerLevel(const tiling::Tiling& tiling, std::size_t k, const AtLevel& atLevel) const {
-    // Corner k lies between edges k - 1 and k: both run clockwise from the top left.
-    int level = std::min(edges_[k], edges_[(k + 3) % 4]);
-    for (const auto& t : tiling.cornerNeighbours(id_, tiling::kCorners[k]))
-      level = std::min(level, atLevel(t));
-    return level;
-  }
-
   LayerTiles::TilePointer fetch(int& level) const {
     for (; level >= 0; --level) {
       if (auto tile = layer_.get(id_.ancestor(level))) return tile;
@@ -92,19 +143,6 @@ class LayerSampler {
     return coarser_;
   }
 
-  int levelFor(int col, int row) const {
-    const bool top = row == 0;
-    const bool bottom = row == cells_;
-    const bool left = col == 0;
-    const bool right = col == cells_;
-    if (!(top || bottom || left || right)) return own_;
-    if (top && left) return std::min(own_, corners_[0]);
-    if (top && right) return std::min(own_, corners_[1]);
-    if (bottom && right) return std::min(own_, corners_[2]);
-    if (bottom && left) return std::min(own_, corners_[3]);
-    return std::min(own_, edges_[top ? 0u : right ? 1u : bottom ? 2u : 3u]);
-  }
-
   float sample(const raster::SourceTile& tile, int level, int col, int row) const {
     const auto& from = std::get<raster::ElevationTile>(tile.payload).samples;
     if (level == id_.level) return believed(from.at(col + 1, row + 1));
@@ -119,9 +157,8 @@ class LayerSampler {
   LayerTiles& layer_;
   tiling::TileId id_;
   int cells_;
-  int own_;
-  std::array<int, 4> edges_{-1, -1, -1, -1};
-  std::array<int, 4> corners_{-1, -1, -1, -1};
+  StoredLevels levels_;
+  int own_;  ///< level of tile_, which may be less than what is stored when that cannot be read
   LayerTiles::TilePointer tile_;
   int coarserLevel_ = -2;
   LayerTiles::TilePointer coarser_;
@@ -156,25 +193,58 @@ void addFacts(ComposedGround& ground, const raster::SourceTile& tile) {
   if (tile.childMask != 0 && std::isfinite(error)) ground.error_m = std::max(ground.error_m, error);
 }
 
+/// A sample of a tile out of its parent's composed ground, which has no gaps: its own, or half-way between them.
+float betweenParents(const GroundSamples& parent, const tiling::TileId& id, int cells, int col, int row) {
+  const int twiceCol = static_cast<int>(id.x & 1u) * cells + col + 2;
+  const int twiceRow = static_cast<int>(id.y & 1u) * cells + row + 2;
+  const auto at = [&](int dc, int dr) {
+    return static_cast<double>(parent.at((twiceCol + dc) / 2, (twiceRow + dr) / 2));
+  };
+  return static_cast<float>(((at(0, 0) + at(1, 1)) + (at(1, 0) + at(0, 1))) * 0.25);
+}
+
+using Samplers = std::vector<std::unique_ptr<LayerSampler>>;
+
+float composedAt(const Samplers& samplers, int col, int row) {
+  for (auto top = samplers.rbegin(); top != samplers.rend(); ++top) {
+    const float height_m = (*top)->at(col, row);
+    if (!raster::isNoData(height_m)) return height_m;
+  }
+  return 0.0f;
+}
+
 }  // namespace
 
 GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells)
     : tiling_(tiling), layers_(std::move(layers)), cells_(cells) {}
 
-ComposedGround GroundLayers::compose(const tiling::TileId& id) const {
-  ComposedGround ground{.heights = GroundSamples(cells_ + 3, cells_ + 3, raster::kNoData)};
-  std::vector<std::unique_ptr<LayerSampler>> samplers;
-  for (const auto& layer : layers_) {
-    samplers.push_back(std::make_unique<LayerSampler>(*layer, tiling_, id, cells_));
-    ground.level = std::max(ground.level, samplers.back()->level());
+int GroundLayers::storedLevel(const tiling::TileId& id) const {
+  int level = -1;
+  for (const auto& layer : layers_)
+    level = std::max(level, layer->storedLevel(id));
+  return level;
+}
+
+ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSamples* parent) const {
+  ComposedGround ground{.heights = GroundSamples(cells_ + 3, cells_ + 3, 0.0f)};
+  const Touching others = touching(tiling_, id);
+  const StoredLevels levels(id, others, cells_, [&](const tiling::TileId& t) { return storedLevel(t); });
+  ground.level = levels.own();
+  Samplers samplers;
+  if (levels.own() == id.level) {
+    for (const auto& layer : layers_)
+      samplers.push_back(std::make_unique<LayerSampler>(*layer, id, others, cells_));
   }
-  for (int row = -1; row <= cells_ + 1; ++row) {
+  GroundSamples made;
+  for (int row = -1; levels.own() >= 0 && row <= cells_ + 1; ++row) {
     for (int col = -1; col <= cells_ + 1; ++col) {
-      float height_m = raster::kNoData;
-      for (auto top = samplers.rbegin(); top != samplers.rend() && raster::isNoData(height_m); ++top) {
-        height_m = (*top)->at(col, row);
+      const bool isOwn = id.level == 0 || levels.at(col, row) == id.level;
+      if (!isOwn && parent == nullptr) {
+        made = compose(id.parent(), nullptr).heights;
+        parent = &made;
       }
-      ground.heights.at(col + 1, row + 1) = raster::isNoData(height_m) ? 0.0f : height_m;
+      ground.heights.at(col + 1, row + 1) =
+          isOwn ? composedAt(samplers, col, row) : betweenParents(*parent, id, cells_, col, row);
     }
   }
   ground.range = rangeOf(ground.heights);

@@ -29,14 +29,21 @@ struct ComposedGround {
 /// The height of a vertex depends on its place and level only, whichever tile asks: where tiles that touch at an edge
 /// or a corner are not all stored, the samples there are taken from the deepest level at which all are, so neighbours
 /// agree bit for bit.
+///
+/// Down to the deepest level that any layer has stored, layers are laid over each other sample by sample, and 0 where
+/// none has data. Deeper, the ground is bilinear between the samples composed there: it has no gaps, so the step at the
+/// border of data is a slope as wide as one cell of that level, and no deeper level changes the surface.
 class GroundLayers {
  public:
   GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells);
 
-  ComposedGround compose(const tiling::TileId& id) const;
+  /// parent: the composed heights of the tile over it, to save making them again; may be null.
+  ComposedGround compose(const tiling::TileId& id, const GroundSamples* parent = nullptr) const;
   int cells() const { return cells_; }
 
  private:
+  int storedLevel(const tiling::TileId& id) const;
+
   tiling::Tiling tiling_;
   std::vector<std::shared_ptr<LayerTiles>> layers_;
   int cells_;

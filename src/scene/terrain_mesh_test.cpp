@@ -12,6 +12,7 @@
 #include "scene/bisection.h"
 #include "scene/ground_layers.h"
 #include "scene/procedural_source_test.h"
+#include "scene/tile_content.h"
 
 namespace tellurion::scene {
 namespace {
@@ -340,49 +341,135 @@ TEST_P(MeshOnTiling, reliefIsTheSlope) {
   EXPECT_NEAR((texel.b - 128) / 127.0, expected.z, 0.01);
 }
 
-/// Stored only near one place below level 3: neighbours at all differences of depth.
-TEST_P(MeshOnTiling, sparseDataStillGivesTheSameEdges) {
-  std::mt19937_64 random = geo::seededGenerator();
-  const geo::Direction middle =
-      geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
-  auto source = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 7);
-  source->height = [](const geo::Direction& d) { return hashOf(d, 9) < 0.02 ? std::nan("") : 5000.0 * hashOf(d, 4); };
-  source->stored = [&](const TileId& id) {
-    if (id.level <= 3) return true;
-    const auto cap = tiling.cap(id);
-    return geo::angleBetween(cap.centre, middle).radians() < cap.radius.radians() + 0.02;
-  };
-  const auto layer = std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>());
-  const GroundLayers ground(tiling, {layer}, 64);
-  std::map<TileId, Made> made;
-  const auto mesh = [&](const TileId& id) -> const TerrainMesh& {
-    const auto [found, isNew] = made.try_emplace(id);
-    if (isNew) found->second = madeOf(tiling, id, ground.compose(id).heights);
+/// Meshes of the tiles of one ground, each made once.
+class Meshes {
+ public:
+  Meshes(const Tiling& tiling, std::vector<std::shared_ptr<ProceduralSource>> sources)
+      : tiling_(tiling), ground_(tiling, layersOf(sources), 64) {}
+
+  const TerrainMesh& of(const TileId& id) {
+    const auto [found, isNew] = made_.try_emplace(id);
+    if (isNew) found->second = madeOf(tiling_, id, ground_.compose(id).heights);
     return *found->second.made.mesh;
-  };
-  int stored = 0;
-  for (int i = 0; i < 60; ++i) {
-    const geo::Direction d{geo::normalize(
-        middle.n +
-        geo::Vec3(geo::uniform(random, -1, 1), geo::uniform(random, -1, 1), geo::uniform(random, -1, 1)) * 0.04)};
-    const TileId id = tiling.tileAt(d, 4 + i % 5);
-    stored += source->stored(id) ? 1 : 0;
+  }
+
+  /// Both sides of all edges of a tile have the same vertices, and the coarse ones are its parents'.
+  void expectSameEdges(const TileId& id) {
     for (const Edge edge : tiling::kEdges) {
-      const auto same = tiling.edgeNeighbour(id, edge);
-      auto theirs = edgeOf(mesh(same.tile), same.edge, false);
+      const auto same = tiling_.edgeNeighbour(id, edge);
+      auto theirs = edgeOf(of(same.tile), same.edge, false);
       if (same.reversed) std::reverse(theirs.begin(), theirs.end());
-      const auto ours = edgeOf(mesh(id), edge, false);
-      ASSERT_TRUE(ours == theirs || (GetParam() == Scheme::geographic && ours.front() == ours.back()));
+      const auto ours = edgeOf(of(id), edge, false);
+      ASSERT_TRUE(ours == theirs || (tiling_.scheme() == Scheme::geographic && ours.front() == ours.back()));
       if (same.tile.parent() == id.parent()) continue;
-      auto coarser = edgeOf(mesh(same.tile.parent()), same.edge, false);
+      auto coarser = edgeOf(of(same.tile.parent()), same.edge, false);
       if (same.reversed) std::reverse(coarser.begin(), coarser.end());
-      const auto half = edgeOf(mesh(id), edge, true);
+      const auto half = edgeOf(of(id), edge, true);
       ASSERT_NE(std::search(coarser.begin(), coarser.end(), half.begin(), half.end()), coarser.end());
     }
   }
-  EXPECT_GT(stored, 5);
-  for (const auto& [id, count] : source->requests())
-    EXPECT_EQ(count, 1);
+
+ private:
+  static std::vector<std::shared_ptr<LayerTiles>> layersOf(
+      const std::vector<std::shared_ptr<ProceduralSource>>& sources) {
+    std::vector<std::shared_ptr<LayerTiles>> layers;
+    for (const auto& source : sources)
+      layers.push_back(std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>()));
+    return layers;
+  }
+
+  Tiling tiling_;
+  GroundLayers ground_;
+  std::map<TileId, Made> made_;
+};
+
+/// A place on an edge that its two tiles run along in opposite senses; anywhere where the tiling has none.
+geo::Direction reversedPlace(const Tiling& tiling, std::mt19937_64& random) {
+  for (int i = 0; i < 400; ++i) {
+    const auto along = static_cast<std::uint32_t>(geo::uniform(random, 4, 28));
+    const TileId id{.level = 5,
+                    .root = static_cast<std::uint8_t>(geo::uniform(random, 0, tiling.rootCount())),
+                    .x = i % 2 == 0 ? along : 31,
+                    .y = i % 2 == 0 ? 31 : along};
+    const Edge edge = i % 2 == 0 ? Edge::bottom : Edge::right;
+    if (!tiling.edgeNeighbour(id, edge).reversed) continue;
+    return tiling.direction(tiling::rootPointIn(id, i % 2 == 0 ? 0.4 : 1.0, i % 2 == 0 ? 1.0 : 0.4));
+  }
+  return geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
+}
+
+std::shared_ptr<ProceduralSource> patchyLayer(Scheme scheme, int depth, double gaps, std::uint64_t seed) {
+  auto source = std::make_shared<ProceduralSource>(raster::Kind::elevation, scheme, depth);
+  source->height = [=](const geo::Direction& d) {
+    return hashOf(d, seed) < gaps ? std::nan("") : 5000.0 * hashOf(d, seed + 1);
+  };
+  return source;
+}
+
+TileId tileNear(const Tiling& tiling, const geo::Direction& middle, double spread, int level, std::mt19937_64& random) {
+  const geo::Vec3 aside(geo::uniform(random, -1, 1), geo::uniform(random, -1, 1), geo::uniform(random, -1, 1));
+  return tiling.tileAt({geo::normalize(middle.n + aside * spread)}, level);
+}
+
+/// Stored only near one place below level 3: neighbours at all differences of depth.
+TEST_P(MeshOnTiling, sparseDataStillGivesTheSameEdges) {
+  std::mt19937_64 random = geo::seededGenerator();
+  const geo::Direction anywhere =
+      geo::directionFromDegrees(geo::uniform(random, -90, 90), geo::uniform(random, -180, 180));
+  for (const geo::Direction& middle : {anywhere, reversedPlace(tiling, random)}) {
+    const auto source = patchyLayer(GetParam(), 7, 0.25, 9);
+    source->stored = [&](const TileId& id) {
+      if (id.level <= 3) return true;
+      const auto cap = tiling.cap(id);
+      return geo::angleBetween(cap.centre, middle).radians() < cap.radius.radians() + 0.02;
+    };
+    Meshes meshes(tiling, {source});
+    int stored = 0;
+    for (int i = 0; i < 40; ++i) {
+      const TileId id = tileNear(tiling, middle, 0.04, 4 + i % 5, random);
+      stored += source->stored(id) ? 1 : 0;
+      ASSERT_NO_FATAL_FAILURE(meshes.expectSameEdges(id));
+    }
+    EXPECT_GT(stored, 5);
+    for (const auto& [id, count] : source->requests())
+      EXPECT_EQ(count, 1);
+  }
+}
+
+/// Through the gaps of a deep layer one shows that is not stored as deep, and has gaps too. At half of its samples two
+/// are equally near, and tiles that run along their edge in opposite senses must not choose differently.
+TEST_P(MeshOnTiling, layersOfDifferentDepthGiveTheSameEdges) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int round = 0; round < 4; ++round) {
+    const geo::Direction middle = reversedPlace(tiling, random);
+    Meshes meshes(tiling, {patchyLayer(GetParam(), 5, 0.3, 20), patchyLayer(GetParam(), 7, 0.6, 30)});
+    for (int i = 0; i < 8; ++i)
+      ASSERT_NO_FATAL_FAILURE(meshes.expectSameEdges(tileNear(tiling, middle, 0.0005, 5 + i % 4, random)));
+  }
+}
+
+/// Below the deepest data the ground of the border of the data is the same at every level.
+TEST_P(MeshOnTiling, theBorderOfTheDataIsASlopeThatNoLevelChanges) {
+  const auto source = patchyLayer(GetParam(), 5, 0.3, 40);
+  const GroundLayers ground(
+      tiling, {std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>())}, 64);
+  const TileId id = tiling.tileAt(geo::directionFromDegrees(33, 44), 5);
+  const ComposedGround stored = ground.compose(id);
+  for (const int level : {6, 7, 9}) {
+    const TileId deep = tiling.tileAt(tiling.direction(tiling::rootPointIn(id, 0.3, 0.6)), level);
+    const ComposedGround composed = ground.compose(deep);
+    EXPECT_EQ(composed.level, 5);
+    EXPECT_EQ(composed.error_m, 0.0);
+    const double size = tiling::tileSize(level - 5);
+    const double s0 = (deep.x & ((1u << (level - 5)) - 1)) * size;
+    const double t0 = (deep.y & ((1u << (level - 5)) - 1)) * size;
+    for (int row = 0; row <= 64; row += 3) {
+      for (int col = 0; col <= 64; col += 3) {
+        ASSERT_NEAR(composed.heights.at(col + 1, row + 1),
+                    heightIn(stored.heights, s0 + size * col / 64, t0 + size * row / 64), 0.01);
+      }
+    }
+  }
 }
 
 TEST(TerrainMesh, deepestLevelStaysExact) {

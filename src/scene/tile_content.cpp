@@ -61,7 +61,7 @@ OrientedBox grown(OrientedBox box, double by_m) {
 
 std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
   auto content = std::make_shared<TileContent>();
-  ComposedGround composed = ground.compose(id);
+  ComposedGround composed = ground.compose(id, parent != nullptr ? &parent->heights : nullptr);
   const SurfaceGrid grid = surfaceGrid(tiling, ellipsoid, id, composed.heights);
   const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid);
   content->mesh = made.mesh;
