@@ -2,7 +2,6 @@
 
 #include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "app/progress.h"
 #include "app/subcommands.h"
@@ -14,6 +13,7 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
+constexpr std::size_t kLargestBodyFile = std::size_t{1} << 20u;
 
 struct Arguments {
   std::string output;
@@ -37,9 +37,12 @@ geo::Body bodyNamed(const std::string& name) {
   if (const auto known = geo::bodyByName(name)) return *known;
   std::ifstream file(name, std::ios::binary);
   if (!file) end(kWrongUse, fmt::format("--body '{}': neither earth, mars, moon nor a file", name));
-  std::ostringstream text;
-  text << file.rdbuf();
-  const auto scene = scene::parseScene(text.str(), name);
+  std::string text(kLargestBodyFile + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad()) end(kFailed, fmt::format("{}: cannot be read", name));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kLargestBodyFile) end(kFailed, fmt::format("{}: a file for --body has at most 1 MiB", name));
+  const auto scene = scene::parseScene(text, name);
   if (!scene) end(kFailed, io::describe(scene.error()));
   return scene->body;
 }

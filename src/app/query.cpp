@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <string_view>
@@ -15,6 +16,8 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr std::size_t kBufferSize = 1 << 16;
+/// A longer line is no place; the rest of it is skipped.
+constexpr std::size_t kLongestLine = 4096;
 
 struct Arguments {
   std::string path;
@@ -65,15 +68,18 @@ class Session {
  public:
   Session(pyramid::HeightQuery query, const Arguments& arguments) : query_(std::move(query)), arguments_(arguments) {}
 
-  /// False when any line could not be answered.
+  /// False when any line could not be answered, or answers could not be written.
   bool run() {
     std::string pending;
     std::string chunk(kBufferSize, '\0');
-    while (const std::size_t got = std::fread(chunk.data(), 1, chunk.size(), stdin)) {
+    while (const std::size_t got = canWrite_ ? std::fread(chunk.data(), 1, chunk.size(), stdin) : 0) {
       pending.append(chunk, 0, got);
       pending.erase(0, answerWholeLines(pending));
+      // One character more than allowed is enough to know that the line is too long.
+      if (pending.size() > kLongestLine) pending.resize(kLongestLine + 1);
       flush(kBufferSize);
     }
+    if (std::ferror(stdin) != 0) complainOfStream("standard input cannot be read to its end");
     if (!pending.empty()) answer(pending);
     flush(0);
     return isSound_;
@@ -91,6 +97,7 @@ class Session {
 
   void answer(std::string_view line) {
     ++lineNumber_;
+    if (line.size() > kLongestLine) return complain(fmt::format("is longer than {} characters", kLongestLine));
     if (trimmed(line).empty()) return;
     const auto place = parseLine(line);
     if (!place) return complain(fmt::format("'{}' is not 'LAT LON' in degrees", trimmed(line).substr(0, 60)));
@@ -132,10 +139,17 @@ class Session {
   }
 
   void flush(std::size_t keepBelow) {
-    if (out_.size() < keepBelow) return;
-    std::fwrite(out_.data(), 1, out_.size(), stdout);
-    std::fflush(stdout);
+    if (out_.size() < keepBelow || !canWrite_) return;
+    const bool isWritten = std::fwrite(out_.data(), 1, out_.size(), stdout) == out_.size() && std::fflush(stdout) == 0;
     out_.clear();
+    if (isWritten) return;
+    canWrite_ = false;
+    complainOfStream("the answers cannot be written to standard output; is the disk full, or the reader gone?");
+  }
+
+  void complainOfStream(const char* what) {
+    fmt::print(stderr, "tellurion query: {}\n", what);
+    isSound_ = false;
   }
 
   pyramid::HeightQuery query_;
@@ -143,6 +157,7 @@ class Session {
   std::string out_;
   std::uint64_t lineNumber_ = 0;
   bool isSound_ = true;
+  bool canWrite_ = true;
 };
 
 io::Result<pyramid::HeightQuery> openQuery(const std::string& path) {
@@ -157,6 +172,7 @@ void run(const Arguments& arguments) {
     fmt::print(stderr, "tellurion query: {}\n", io::describe(query.error()));
     throw CLI::RuntimeError(kFailed);
   }
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write, which is told of
   if (!Session(std::move(*query), arguments).run()) throw CLI::RuntimeError(kFailed);
 }
 
