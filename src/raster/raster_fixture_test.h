@@ -44,6 +44,14 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
+/// Damaged files by format: the project's own small ones, and the larger set where it lies beside the project.
+inline std::vector<std::filesystem::path> hostileFolders() {
+  std::vector<std::filesystem::path> folders{TELLURION_SOURCE_DIR "/tests/data/hostile"};
+  const std::filesystem::path shared = TELLURION_SHARED_DATA_DIR "/hostile";
+  if (std::filesystem::exists(shared)) folders.push_back(shared);
+  return folders;
+}
+
 /// What a made GeoTIFF is like; the rest is said by `tune`.
 struct MadeRaster {
   int width = 1;
