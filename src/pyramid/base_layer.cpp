@@ -6,11 +6,11 @@
 
 #include "pyramid/sample_views.h"
 #include "pyramid/tile_places.h"
+#include "raster/bilinear.h"
 
 namespace tellurion::pyramid {
 namespace {
 
-using raster::isNoData;
 using raster::kGutter;
 using raster::kNoData;
 using raster::Raster;
@@ -47,24 +47,11 @@ Corners cornersAt(const Position& position, int side) {
   return {column, row, position.column - column, position.row - row};
 }
 
-/// Bilinear; NODATA where the nearest sample is (of several equally near ones, all), else over those that have data.
-/// The same bits from both sides of a border: the sum of two products does not depend on their order.
 float heightAt(const Raster<float>& tile, const Position& position) {
   const Corners c = cornersAt(position, tile.width);
-  double sum = 0.0;
-  double weights = 0.0;
-  double heaviest = 0.0;
-  double heaviestWithData = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const float height = tile.at(c.column + (i & 1), c.row + (i >> 1));
-    const double weight = ((i & 1) != 0 ? c.right : 1.0 - c.right) * ((i >> 1) != 0 ? c.bottom : 1.0 - c.bottom);
-    heaviest = std::max(heaviest, weight);
-    if (weight == 0.0 || isNoData(height)) continue;
-    heaviestWithData = std::max(heaviestWithData, weight);
-    sum += weight * static_cast<double>(height);
-    weights += weight;
-  }
-  return heaviestWithData < heaviest ? kNoData : static_cast<float>(sum / weights);
+  const auto corner = [&](int i) { return static_cast<double>(tile.at(c.column + (i & 1), c.row + (i >> 1))); };
+  const auto height = raster::bilinearHeight({corner(0), corner(1), corner(2), corner(3)}, c.right, c.bottom);
+  return height ? static_cast<float>(*height) : kNoData;
 }
 
 Rgba8 nearestColour(const Raster<Rgba8>& tile, const Position& position) {

@@ -10,6 +10,7 @@
 
 #include "geo/local_frame.h"
 #include "pyramid/tile_record.h"
+#include "raster/bilinear.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -76,7 +77,7 @@ struct Patch {
   double s = 0.0;                   ///< 0..1 inside
   double t = 0.0;
 
-  bool isNoDataAtNearest() const { return std::isnan(heights[(s >= 0.5 ? 1u : 0u) + (t >= 0.5 ? 2u : 0u)]); }
+  bool isNoData() const { return !raster::bilinearHeight(heights, s, t); }
   double height() const {
     const auto mix = [](double a, double b, double share) { return a + (b - a) * share; };
     const double whole = mix(mix(heights[0], heights[1], s), mix(heights[2], heights[3], s), t);
@@ -210,7 +211,7 @@ io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& pl
   if (!tile) return tl::unexpected(tile.error());
   if (*tile == nullptr) return std::optional<HeightAnswer>{};
   const Patch patch = patchAt(**tile, point);
-  if (patch.isNoDataAtNearest()) return std::optional<HeightAnswer>{};
+  if (patch.isNoData()) return std::optional<HeightAnswer>{};
   return std::optional(HeightAnswer{
       .height_m = patch.height(), .normal_enu = state_->normal(point, **tile), .level = (*tile)->id.level});
 }

@@ -16,8 +16,8 @@ struct HeightAnswer {
 };
 
 /// Heights of a place from the finest tile that holds it. The surface is bilinear between a tile's samples; where the
-/// nearest of the four samples is NODATA there is no height, else the weights are shared among those that have data.
-/// One thread only (it keeps the tiles it used last).
+/// nearest of the four samples (of several equally near ones any) is NODATA there is no height, else the weights are
+/// shared among those that have data. One thread only (it keeps the tiles it used last).
 class HeightQuery {
  public:
   /// `source` must hold elevation. Keeps at most `cachedTiles` decoded tiles (about 20 kB each).
