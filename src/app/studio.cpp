@@ -119,9 +119,14 @@ const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, c
 
 std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame) {
   std::vector<std::string> lines;
-  if (!frame.complete)
+  const scene::FrameStatistics& statistics = frame.statistics;
+  if (statistics.tilesWanted > 0)
+    lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
+  if (statistics.cappedByBudget)
     lines.push_back(
-        fmt::format("{} finer tiles had not arrived in time; raise --timeout", frame.statistics.tilesWanted));
+        fmt::format("a frame has no more than {} tiles, and this one is up to {:.1f} pixels off with as many; raise "
+                    "--tolerance or make the picture smaller",
+                    scene::CutOptions{}.maxTiles, statistics.maxScreenError_px));
   const auto& failures = globe.failures();
   for (const io::Failure& failure : failures) {
     if (lines.size() >= kFailuresTold) break;

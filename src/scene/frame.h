@@ -80,6 +80,7 @@ struct FrameStatistics {
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;
   int tilesWanted = 0;             ///< finer ones that are not there yet
+  bool cappedByBudget = false;     ///< CutOptions::maxTiles left something coarser than the tolerance
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
   std::uint64_t cpuCacheBytes = 0;
@@ -93,7 +94,7 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  bool complete = false;          ///< nothing finer is wanted
+  bool complete = false;          ///< nothing finer is wanted: all has come, and the budget of tiles was enough
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;
 };

@@ -260,12 +260,13 @@ Light Globe::State::lightFor(const View& view) const {
 void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
-  frame.complete = selection.wanted.empty();
+  frame.complete = selection.wanted.empty() && !selection.cappedByBudget;
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
   s.tilesWanted = static_cast<int>(selection.wanted.size());
+  s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
   frame.tiles.clear();

@@ -289,6 +289,47 @@ TEST(Globe, aBudgetTooSmallForTheViewStillCompletes) {
   loaded(*p.globe, viewFrom(30, 15, 40e3, 0, -60));
 }
 
+/// A planet that is bare but for a plateau at 4000 m around latitude and longitude 30.
+Planet plateauOf(Scheme scheme, int depth) {
+  Planet p;
+  p.elevation = std::make_shared<ProceduralSource>(raster::Kind::elevation, scheme, depth);
+  const geo::Direction middle = geo::directionFromDegrees(30, 30);
+  const Tiling tiling(scheme);
+  p.elevation->height = [=](const geo::Direction& d) {
+    return geo::angleBetween(d, middle).degrees() < 0.4 ? 4000.0 : std::nan("");
+  };
+  p.elevation->stored = [=](const TileId& id) {
+    const auto cap = tiling.cap(id);
+    return geo::angleBetween(cap.centre, middle).degrees() < cap.radius.degrees() + 0.4;
+  };
+  Scene scene;
+  scene.tiling = scheme;
+  p.globe = Globe::fromLayers(scene, {.elevation = {p.elevation}, .imagery = {}}).value();
+  return p;
+}
+
+TEST_P(GlobeOnTiling, theCliffAroundDataIsNotRefinedForEver) {
+  Planet p = plateauOf(GetParam(), 9);
+  const Frame& frame = loaded(*p.globe, viewFrom(29.5, 30, 30e3, 0, -45));
+  expectWatertight(frame, Tiling(GetParam()));
+  EXPECT_FALSE(frame.statistics.cappedByBudget);
+  EXPECT_LE(frame.statistics.maxScreenError_px, 1.0);
+  EXPECT_LT(frame.tiles.size(), 1500u);
+  std::printf("a plateau's cliff: %zu tiles\n", frame.tiles.size());
+}
+
+TEST(Globe, aFrameThatSpendsItsBudgetOfTilesIsNotComplete) {
+  Planet p = planetOf(Scheme::cube);
+  const View view = viewFrom(30, 15, 40e3, 0, -60);
+  loaded(*p.globe, view);
+  const Frame& frame = p.globe->update(view, {.maxTiles = 40});
+  EXPECT_FALSE(frame.complete);
+  EXPECT_TRUE(frame.statistics.cappedByBudget);
+  EXPECT_EQ(frame.statistics.tilesWanted, 0);
+  EXPECT_GT(frame.statistics.maxScreenError_px, 1.0);
+  EXPECT_TRUE(p.globe->update(view).complete);
+}
+
 TEST(Globe, layersOfAnotherTilingOrBodyAreRefused) {
   Scene scene;
   scene.tiling = Scheme::healpix;
