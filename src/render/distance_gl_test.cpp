@@ -122,7 +122,7 @@ TEST_F(Distance, OfEveryPixelIsThatOfItsTriangle) {
     for (int row = 0; row < size.height; ++row) {
       for (int col = 0; col < size.width; ++col) {
         const Spread spread = spreadOf(triangles, view, col, row);
-        const double d = double{distances.at(col, row)};
+        const double d = static_cast<double>(distances.at(col, row));
         if (std::isnan(d)) {
           EXPECT_TRUE(std::isinf(spread.most)) << "a hole at " << col << ", " << row;
           continue;
@@ -159,7 +159,7 @@ TEST_F(Distance, OfEarthIsTheEllipsoidsFromTwoMetresToAMillionKilometres) {
     int compared = 0;
     for (int row = 0; row < size.height; ++row) {
       for (int col = 0; col < size.width; ++col) {
-        const double d = double{distances.at(col, row)};
+        const double d = static_cast<double>(distances.at(col, row));
         const Spread spread = spreadBetween(ellipsoid, kVertexGrid_m, -sag_m, view, col, row);
         if (std::isnan(d)) {
           EXPECT_TRUE(std::isinf(spread.most)) << "a hole at " << col << ", " << row;

@@ -38,10 +38,13 @@ struct Ground {
 geo::Vec3 litReference(const Ground& ground, const geo::Vec3& up, const scene::Light& light) {
   const double sunHeight = geo::dot(up, light.toSun_body);
   const double facing = std::max(geo::dot(geo::normalize(up + ground.relief), light.toSun_body), 0.0);
-  const double sunlight = facing * smooth(double{shading::kSunriseBegins}, double{shading::kSunriseEnds}, sunHeight);
-  const double night = 1.0 - smooth(double{shading::kNightLightsFull}, double{shading::kNightLightsOut}, sunHeight);
+  const double sunlight = facing * smooth(static_cast<double>(shading::kSunriseBegins),
+                                          static_cast<double>(shading::kSunriseEnds), sunHeight);
+  const double night = 1.0 - smooth(static_cast<double>(shading::kNightLightsFull),
+                                    static_cast<double>(shading::kNightLightsOut), sunHeight);
   const geo::Vec3 lamps =
-      geo::Vec3(double{shading::kNightLightRed}, double{shading::kNightLightGreen}, double{shading::kNightLightBlue}) *
+      geo::Vec3(static_cast<double>(shading::kNightLightRed), static_cast<double>(shading::kNightLightGreen),
+                static_cast<double>(shading::kNightLightBlue)) *
       (ground.texel.a / 255.0 * night);
   const geo::Vec3 albedo(fromSrgb(ground.texel.r), fromSrgb(ground.texel.g), fromSrgb(ground.texel.b));
   return albedo * (light.ambient + (1.0 - light.ambient) * sunlight) + lamps;

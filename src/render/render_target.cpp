@@ -34,7 +34,7 @@ class DistanceFromDepth {
     if (!(depth > 0.0f)) return std::numeric_limits<double>::quiet_NaN();
     const double x = (2.0 * (col + 0.5) / size_.width - 1.0) * tanX_;
     const double y = (1.0 - 2.0 * (row + 0.5) / size_.height) * tanY_;
-    return double{kNearPlane_m} / double{depth} * std::sqrt(1.0 + x * x + y * y);
+    return static_cast<double>(kNearPlane_m) / static_cast<double>(depth) * std::sqrt(1.0 + x * x + y * y);
   }
 
  private:
