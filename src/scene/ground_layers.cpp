@@ -213,6 +213,52 @@ float composedAt(const Samplers& samplers, int col, int row) {
   return 0.0f;
 }
 
+/// Whether, in a tile with children, something else than this layer's ground may come through, here or below.
+bool hasGaps(const raster::SourceTile& tile) {
+  if (tile.childMask == 0) return false;
+  const auto& samples = std::get<raster::ElevationTile>(tile.payload).samples;
+  for (int row = 1; row < samples.height - 1; ++row) {
+    for (int col = 1; col < samples.width - 1; ++col) {
+      if (raster::isNoData(believed(samples.at(col, row)))) return true;
+    }
+  }
+  return tile.childMask != 15;
+}
+
+/// Lowest and highest of all that may come through gaps: every layer's own samples, and the bare ellipsoid.
+HeightRange rangeOfAll(const Samplers& samplers, int cells) {
+  HeightRange range;
+  for (const auto& sampler : samplers) {
+    for (int row = 0; row <= cells; ++row) {
+      for (int col = 0; col <= cells; ++col) {
+        const float height_m = sampler->at(col, row);
+        if (raster::isNoData(height_m)) continue;
+        range.low_m = std::min(range.low_m, static_cast<double>(height_m));
+        range.high_m = std::max(range.high_m, static_cast<double>(height_m));
+      }
+    }
+  }
+  return range;
+}
+
+void unite(HeightRange& range, const HeightRange& other) {
+  range = {.low_m = std::min(range.low_m, other.low_m), .high_m = std::max(range.high_m, other.high_m)};
+}
+
+/// The sources' errors are of their own data alone. Where a layer has gaps, deeper tiles may move its border by as much
+/// as a cell: the ground there is off by up to the whole height from one side of it to the other.
+void addGaps(ComposedGround& ground, const Samplers& samplers, int cells) {
+  const bool gaps = std::any_of(samplers.begin(), samplers.end(), [](const auto& sampler) {
+    return sampler->ownTile() != nullptr && hasGaps(*sampler->ownTile());
+  });
+  if (!gaps) return;
+  const HeightRange all = rangeOfAll(samplers, cells);
+  unite(ground.range, all);
+  for (HeightRange& child : ground.childRange)
+    unite(child, all);
+  ground.error_m = std::max(ground.error_m, ground.range.high_m - ground.range.low_m);
+}
+
 }  // namespace
 
 GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells)
@@ -252,6 +298,7 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   for (const auto& sampler : samplers) {
     if (sampler->ownTile() != nullptr) addFacts(ground, *sampler->ownTile());
   }
+  addGaps(ground, samplers, cells_);
   return ground;
 }
 

@@ -472,6 +472,57 @@ TEST_P(MeshOnTiling, theBorderOfTheDataIsASlopeThatNoLevelChanges) {
   }
 }
 
+/// A lone plateau on a bare ellipsoid, and one on a layer of sea floor: what a coarse tile draws is off by no more than
+/// it says, and its box holds all that comes below.
+TEST_P(MeshOnTiling, errorsHoldWhereDataEnd) {
+  std::mt19937_64 random = geo::seededGenerator();
+  const geo::Direction middle =
+      geo::directionFromDegrees(geo::uniform(random, -80, 80), geo::uniform(random, -180, 180));
+  const auto plateau = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 8);
+  plateau->height = [&](const geo::Direction& d) {
+    return geo::angleBetween(d, middle).degrees() < 1.0 ? 4000.0 : std::nan("");
+  };
+  plateau->heightBound_m = 0.0;  // the plateau's own error: it is flat
+  const auto floor = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 5);
+  floor->height = [](const geo::Direction&) { return -3000.0; };
+  floor->heightBound_m = 0.0;
+  const auto tiles = [](const auto& source) {
+    return std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>());
+  };
+  for (const bool onFloor : {false, true}) {
+    auto layers = onFloor ? std::vector{tiles(floor), tiles(plateau)} : std::vector{tiles(plateau)};
+    const ContentMaker maker{.tiling = tiling,
+                             .ellipsoid = kEarth,
+                             .ground = GroundLayers(tiling, std::move(layers), 64),
+                             .colours = ColourLayers({}, 256)};
+    double worst = 0.0;
+    for (int i = 0; i < 40; ++i) {
+      const geo::Direction edge = geo::Direction{geo::normalize(
+          middle.n + 0.0175 * geo::normalize(geo::cross(middle.n, geo::Vec3(geo::uniform(random, -1, 1),
+                                                                            geo::uniform(random, -1, 1), 0.3))))};
+      const TileId id = tiling.tileAt(edge, 3 + i % 5);
+      const auto coarse = maker.make(id, nullptr);
+      const TileId below = tiling.tileAt(edge, 8);
+      const auto fine = maker.make(below, nullptr);
+      const double size = tiling::tileSize(8 - id.level);
+      const std::uint32_t within = (1u << (8 - id.level)) - 1;
+      for (int k = 0; k <= 64 * 64; ++k) {
+        const double s = (k % 65) / 64.0;
+        const double t = (k / 65) / 64.0;
+        const double off =
+            std::abs(heightIn(fine->heights, s, t) -
+                     heightIn(coarse->heights, ((below.x & within) + s) * size, ((below.y & within) + t) * size));
+        ASSERT_LE(off, coarse->error_m);
+        worst = std::max(worst, off);
+      }
+      ASSERT_LE(coarse->range.low_m, fine->range.low_m);
+      ASSERT_GE(coarse->range.high_m, fine->range.high_m);
+      ASSERT_LE(coarse->box.distance_m({fine->mesh->origin.m}), 0.001);
+    }
+    EXPECT_GT(worst, 1000.0);
+  }
+}
+
 TEST(TerrainMesh, deepestLevelStaysExact) {
   const Tiling tiling(Scheme::cube);
   const TileId id = tiling.tileAt(geo::directionFromDegrees(27.9881, 86.9250), 26);
