@@ -63,8 +63,8 @@ double SourceSurface::Layer::at(int col, int row) const {
   }
   col = std::clamp(col, 0, width - 1);
   row = std::clamp(row, 0, height - 1);
-  const double v =
-      samples[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(col)];
+  const auto v = static_cast<double>(
+      samples[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(col)]);
   return hasNoData && v == noData ? kNever : v;
 }
 
