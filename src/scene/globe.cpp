@@ -180,6 +180,9 @@ void Globe::State::receive() {
     r.content = std::move(arrival.content);
     r.facts.drawable = true;
     r.facts.tightBox = r.content->box;
+    // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
+    // when they came.
+    if (arrival.id.level == 0) r.facts.box = r.content->box;
     r.facts.error_m = r.content->error_m;
     r.facts.texel_m = r.content->texel_m;
     r.lastUse = updates;

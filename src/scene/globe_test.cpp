@@ -330,6 +330,23 @@ TEST(Globe, aFrameThatSpendsItsBudgetOfTilesIsNotComplete) {
   EXPECT_TRUE(p.globe->update(view).complete);
 }
 
+/// Mountains of a small body, higher than what is assumed of a root that has not come: they rise over the limb from
+/// behind.
+TEST(Globe, rootsTallerThanAnyoneAssumesAreDrawn) {
+  const Tiling tiling(Scheme::cube);
+  const TileId behind = tiling.tileAt(geo::directionFromDegrees(0, 180), 0);
+  Scene scene;
+  scene.body = {.name = "pebble", .ellipsoid = geo::Ellipsoid(100e3, 0.0)};
+  const auto source = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 0, scene.body);
+  source->height = [&](const geo::Direction& d) { return tiling.tileAt(d, 0) == behind ? 150e3 : 0.0; };
+  const auto globe = Globe::fromLayers(scene, {.elevation = {source}, .imagery = {}}).value();
+  const Camera camera{.position = {.height_m = 300e3}, .heading = {}, .pitch = geo::Angle::degrees(-90), .roll = {}};
+  const View view = viewOf(camera, scene.body.ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
+  const Frame& frame = loaded(*globe, view, {.tolerance_px = 1000.0});
+  EXPECT_TRUE(std::any_of(frame.tiles.begin(), frame.tiles.end(),
+                          [&](const DrawnTile& t) { return t.id.root == behind.root; }));
+}
+
 TEST(Globe, layersOfAnotherTilingOrBodyAreRefused) {
   Scene scene;
   scene.tiling = Scheme::healpix;
