@@ -14,6 +14,10 @@ std::uint64_t bytesOf(const raster::SourceTile& tile) {
          std::get<raster::ImageryTile>(tile.payload).pixels.samples.size() * sizeof(raster::Rgba8);
 }
 
+/// What is known of tiles that are not kept: about its bytes a tile, and the share of the budget that it may take.
+constexpr std::uint64_t kKnownBytes = 64;
+constexpr double kKnownShare = 0.1;
+
 /// Whether a tile is what its source says that it holds; the code behind it indexes without looking again.
 bool fits(const raster::SourceTile& tile, const raster::TileSourceInfo& info) {
   const int side = info.tileCells + 2 * raster::kGutter;
@@ -61,6 +65,7 @@ LayerTiles::TilePointer LayerTiles::get(const tiling::TileId& id) {
   TilePointer tile = load(id);
   const std::lock_guard lock(mutex_);
   known_[id] = tile ? Known{.stored = true, .childMask = tile->childMask} : Known{};
+  forget();
   if (!tile) {
     tiles_.erase(id);
   } else {
@@ -89,6 +94,12 @@ LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
     return nullptr;
   }
   return std::make_shared<const raster::SourceTile>(std::move(**loaded));
+}
+
+void LayerTiles::forget() {
+  const double share = kKnownShare * static_cast<double>(budgetBytes_);
+  if (static_cast<double>(known_.size() * kKnownBytes) <= share) return;
+  std::erase_if(known_, [&](const auto& k) { return k.second.stored && tiles_.count(k.first) == 0; });
 }
 
 void LayerTiles::trim() {
@@ -130,7 +141,7 @@ int LayerTiles::storedLevel(const tiling::TileId& id) {
 
 std::uint64_t LayerTiles::bytes() const {
   const std::lock_guard lock(mutex_);
-  return bytes_;
+  return bytes_ + known_.size() * kKnownBytes;
 }
 
 }  // namespace tellurion::scene

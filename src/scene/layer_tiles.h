@@ -43,6 +43,7 @@ class LayerTiles {
   /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
   /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
   int storedLevel(const tiling::TileId& id);
+  /// Of decoded tiles and of what is known of others.
   std::uint64_t bytes() const;
 
  private:
@@ -52,7 +53,8 @@ class LayerTiles {
     std::uint64_t bytes = 0;
     std::list<tiling::TileId>::iterator use;
   };
-  /// The children of a tile that is stored, known for ever; missing and failed tiles are known as such.
+  /// The children of a tile that is stored, known beyond the tile itself while there is room (kKnownShare); missing and
+  /// failed tiles are known as such for ever.
   struct Known {
     bool stored = false;
     std::uint8_t childMask = 0;
@@ -60,6 +62,7 @@ class LayerTiles {
   Known know(const tiling::TileId& id);
   TilePointer load(const tiling::TileId& id);
   void trim();
+  void forget();
 
   std::shared_ptr<const raster::TileSource> source_;
   std::uint64_t budgetBytes_;
