@@ -28,10 +28,10 @@ fi
 
 say "No display here: rendering pictures into $out"
 mkdir -p "$out/flight"
-"$program" fly "$data/earth.toml" --path "$data/everest_flight.csv" --fps 1 --size 800x600 -o "$out/flight"
-"$program" render "$data/mars.toml" --camera 5,-100,9000000,0,-90,0 --size 800x600 -o "$out/mars.png"
-"$program" render "$data/earth.toml" --camera 88,0,5000000,0,-90,0 --size 800x600 -o "$out/north_pole.png"
-"$program" render "$data/earth_night.toml" --camera 35,20,12000000,0,-90,0 --size 800x600 -o "$out/night.png"
+"$program" fly "$data/earth.toml" --path "$data/everest_flight.csv" --fps 1 --size 640x480 -o "$out/flight"
+"$program" render "$data/mars.toml" --camera 5,-100,9000000,0,-90,0 --size 640x480 -o "$out/mars.png"
+"$program" render "$data/earth.toml" --camera 88,0,5000000,0,-90,0 --size 640x480 -o "$out/north_pole.png"
+"$program" render "$data/earth_night.toml" --camera 35,20,12000000,0,-90,0 --size 640x480 -o "$out/night.png"
 montage -font DejaVu-Sans -pointsize 16 -background '#101014' -fill white -label '%t' "$out"/flight/*.png "$out"/mars.png \
   "$out"/north_pole.png "$out"/night.png -tile 4x -geometry 480x360+6+6 "$out/contact_sheet.png"
 say "Pictures:"
