@@ -43,7 +43,9 @@ void forgetOtherDrivers() {
   for (int i = GDALGetDriverCount() - 1; i >= 0; --i) {
     const GDALDriverH driver = GDALGetDriver(i);
     const std::string_view name = GDALGetDriverShortName(driver);
-    if (name != kMemoryDriver && !isAllowed(name)) GDALDeregisterDriver(driver);
+    if (name == kMemoryDriver || isAllowed(name)) continue;
+    GDALDeregisterDriver(driver);
+    GDALDestroyDriver(driver);
   }
 }
 
