@@ -33,6 +33,11 @@ std::string place(const geo::Geodetic& g) {
                      lon < 0 ? 'W' : 'E');
 }
 
+/// Nothing more will come: all is there, or the budget of tiles is spent.
+bool isSettled(const scene::Frame& frame) {
+  return frame.complete || (frame.statistics.cappedByBudget && frame.statistics.tilesWanted == 0);
+}
+
 bool isEmpty(scene::Viewport size) {
   return size.width < 1 || size.height < 1;
 }
@@ -87,7 +92,7 @@ void ViewLoop::waitForWork() {
   if ((pictureDue() || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
   window_.wait(atMost);
   if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) {
-    setComplete(frameAboveGround().complete);
+    setComplete(isSettled(frameAboveGround()));
     arrivalsSeen_ = true;
   }
   if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
@@ -173,7 +178,7 @@ io::Result<void> ViewLoop::drawPicture() {
   renderer_.draw(frame, *target_);
   render::finish();
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-  setComplete(frame.complete);
+  setComplete(isSettled(frame));
   tilesWanted_ = frame.statistics.tilesWanted;
   lastDrawn_ = Clock::now();
   pictureStale_ = false;
