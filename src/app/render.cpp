@@ -44,6 +44,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
   const scene::View view = viewFor(arguments, globe.body().ellipsoid);
   const scene::Frame& frame =
       settledFrame(globe, view, arguments.picture.cut(), std::chrono::duration<double>(arguments.timeout_s));
+  warnOfBudget("render", frame);
   studio->renderer.draw(frame, studio->target);
   if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());
   if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());

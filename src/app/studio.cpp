@@ -122,11 +122,6 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
   const scene::FrameStatistics& statistics = frame.statistics;
   if (statistics.tilesWanted > 0)
     lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
-  if (statistics.cappedByBudget)
-    lines.push_back(
-        fmt::format("a frame has no more than {} tiles, and this one is up to {:.1f} pixels off with as many; raise "
-                    "--tolerance or make the picture smaller",
-                    scene::CutOptions{}.maxTiles, statistics.maxScreenError_px));
   const auto& failures = globe.failures();
   for (const io::Failure& failure : failures) {
     if (lines.size() >= kFailuresTold) break;
@@ -135,6 +130,14 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
   if (failures.size() > lines.size())
     lines.push_back(fmt::format("and {} more failures", failures.size() - lines.size()));
   return lines;
+}
+
+void warnOfBudget(const char* command, const scene::Frame& frame) {
+  if (!frame.statistics.cappedByBudget) return;
+  fmt::print(stderr,
+             "tellurion {}: warning: all {} tiles that a frame may have are spent, and the ground is up to {:.1f} pixels "
+             "off; raise --tolerance or make the picture smaller\n",
+             command, scene::CutOptions{}.maxTiles, frame.statistics.maxScreenError_px);
 }
 
 void failRun(const char* command, const std::string& message) {

@@ -57,6 +57,9 @@ const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, c
 /// What keeps a frame from being what was asked for, a line each; empty when it is.
 std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
 
+/// Says on stderr how far off the picture is where the budget of tiles did not reach the tolerance.
+void warnOfBudget(const char* command, const scene::Frame& frame);
+
 /// Prints "tellurion COMMAND: MESSAGE" and ends the subcommand with status 1.
 [[noreturn]] void failRun(const char* command, const std::string& message);
 

@@ -15,7 +15,7 @@ struct CutOptions {
   double tolerance_px = 1.0;  ///< geometric error on screen that needs no refinement, > 0
   /// Leaves of the cut, drawn or culled; the worst are refined first. Pictures of 3840 x 2160 need up to 2300
   /// (docs/selection.md), so this is for what was asked for by mistake.
-  int maxTiles = 8000;
+  int maxTiles = 3000;
 };
 
 /// What the cut knows of a tile, loaded or not.
