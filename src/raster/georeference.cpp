@@ -150,7 +150,8 @@ io::Result<Georeference> withoutReference(const Transform& t, GDALDataset& datas
                     e.minX, e.minY, e.maxX, e.maxY),
         path);
   }
-  warnings.emplace_back("no spatial reference: taken as longitude and latitude in degrees, on Earth unless --body names another");
+  warnings.emplace_back(
+      "no spatial reference: taken as longitude and latitude in degrees, on Earth unless --body names another");
   return Georeference{t, std::nullopt, 360.0, body.value_or(geo::earth()), true};
 }
 
