@@ -7,17 +7,13 @@
 namespace tellurion::raster {
 namespace {
 
-double linearOf(double srgb) {
-  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-}
-
 struct Tables {
   std::array<std::uint16_t, 256> linear{};
   std::vector<std::uint8_t> srgb = std::vector<std::uint8_t>(65536);
 
   Tables() {
     for (std::size_t i = 0; i < 256; ++i) {
-      linear[i] = static_cast<std::uint16_t>(std::lround(linearOf(static_cast<double>(i) / 255.0) * 65535.0));
+      linear[i] = static_cast<std::uint16_t>(std::lround(linearLight(static_cast<double>(i) / 255.0) * 65535.0));
     }
     // A byte stands for the linear values on its side of the middle between it and its neighbours.
     std::size_t byte = 0;
@@ -36,6 +32,9 @@ const Tables& tables() {
 
 }  // namespace
 
+double linearLight(double srgb) {
+  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
 std::uint16_t linearFromSrgb(std::uint8_t value) {
   return tables().linear[value];
 }

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "raster/colour.h"
 #include "render/context.h"
 #include "render/shader.h"
 #include "render/shader_texts.h"
@@ -43,11 +44,6 @@ FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
           .eyeRemainder = geo::Vec4f(eye.remainder, static_cast<float>(frame.vertexGrid_m)),
           .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
           .lightSwitch = {frame.light.enabled ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f}};
-}
-
-/// sRGB to linear light (IEC 61966-2-1).
-float linearFromSrgb(float s) {
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
 }
 
 Buffer emptyBuffer() {
@@ -87,8 +83,8 @@ void describeRecords(GLuint vao, GLuint buffer) {
 }
 
 void clear(const scene::Frame& frame, GLuint framebuffer) {
-  const std::array<GLfloat, 4> colour{linearFromSrgb(frame.background[0]), linearFromSrgb(frame.background[1]),
-                                      linearFromSrgb(frame.background[2]), 1.0f};
+  const auto linear = [&](std::size_t i) { return static_cast<float>(raster::linearLight(frame.background[i])); };
+  const std::array<GLfloat, 4> colour{linear(0), linear(1), linear(2), 1.0f};
   const GLfloat infinity = 0.0f;
   glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, colour.data());
   glClearNamedFramebufferfv(framebuffer, GL_DEPTH, 0, &infinity);
