@@ -9,11 +9,12 @@ namespace {
 constexpr double kHalfPi = kPi / 2.0;
 constexpr double kExactTurns = 1e13;  // below it, and well above what any file holds, the reductions here are exact
 
-// Sine and cosine of quarters * 90 degrees + remainder; remainder is at most 45 degrees. No negative zeros come out.
-SinCos rotated(double remainder, double quarters) {
-  const double s = std::sin(remainder);
-  const double c = std::cos(remainder);
-  switch (static_cast<long long>(quarters) & 3) {
+}  // namespace
+
+SinCos sinCosQuarters(long long quarters, Angle rest) {
+  const double s = std::sin(rest.radians());
+  const double c = std::cos(rest.radians());
+  switch (quarters & 3) {
     case 0:
       return {s + 0.0, c + 0.0};
     case 1:
@@ -25,13 +26,11 @@ SinCos rotated(double remainder, double quarters) {
   }
 }
 
-}  // namespace
-
 SinCos sinCosDegrees(double degrees) {
   if (!(std::fabs(degrees) < kExactTurns)) degrees = std::remainder(degrees, 360.0);
   if (std::isnan(degrees)) return {degrees, degrees};
   const double quarters = std::nearbyint(degrees / 90.0);
-  return rotated((degrees - 90.0 * quarters) * (kPi / 180.0), quarters);
+  return sinCosQuarters(static_cast<long long>(quarters), Angle::degrees(degrees - 90.0 * quarters));
 }
 
 SinCos sinCos(Angle angle) {
@@ -39,7 +38,7 @@ SinCos sinCos(Angle angle) {
   if (!(std::fabs(radians) < kExactTurns)) radians = std::remainder(radians, 2.0 * kPi);
   if (std::isnan(radians)) return {radians, radians};
   const double quarters = std::nearbyint(radians / kHalfPi);
-  return rotated(radians - kHalfPi * quarters, quarters);
+  return sinCosQuarters(static_cast<long long>(quarters), Angle::radians(radians - kHalfPi * quarters));
 }
 
 Angle wrappedLongitude(Angle longitude) {

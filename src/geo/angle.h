@@ -37,6 +37,9 @@ struct SinCos {
 };
 SinCos sinCosDegrees(double degrees);
 
+/// Sine and cosine of `quarters` * 90 degrees + `rest`: exact where the rest is 0. No negative zeros. NaN in, NaN out.
+SinCos sinCosQuarters(long long quarters, Angle rest);
+
 /// Sine and cosine of an angle: exact at every angle that Angle::degrees makes from a multiple of 90 within +-360
 /// degrees (it reads the double next to pi / 2 as a quarter turn). Elsewhere within 2.5e-16 of the true value, up to
 /// 450 degrees. NaN in, NaN out.

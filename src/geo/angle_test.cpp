@@ -43,6 +43,20 @@ TEST(SinCos, ExactAtQuarterTurns) {
   }
 }
 
+TEST(SinCos, QuartersCountWholeTurnsAway) {
+  auto random = seededGenerator();
+  for (int i = 0; i < 1000; ++i) {
+    const double rest = uniform(random, -45.0, 45.0);
+    for (long long quarter = -9; quarter <= 9; ++quarter) {
+      const SinCos actual = sinCosQuarters(quarter, Angle::degrees(rest));
+      const long double truth =
+          (90.0L * static_cast<long double>(quarter) + rest) * (3.14159265358979323846264338L / 180.0L);
+      EXPECT_NEAR(actual.sin, static_cast<double>(std::sin(truth)), 1.7e-16);
+      EXPECT_NEAR(actual.cos, static_cast<double>(std::cos(truth)), 1.7e-16);
+    }
+  }
+}
+
 TEST(SinCos, SameToTheLastBitAWholeTurnApart) {
   for (const double d : {0.125, 12.5, -77.75, 179.5}) {
     for (const double turns : {1.0, -1.0, 7.0, 1e9}) {
