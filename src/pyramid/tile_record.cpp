@@ -6,32 +6,12 @@
 #include <cassert>
 
 #include "raster/codec.h"
+#include "tiling/morton.h"
 
 namespace tellurion::pyramid {
 namespace {
 
 constexpr int kRootBits = 4;
-
-/// The low 32 bits spread to the even places.
-std::uint64_t spread(std::uint32_t value) {
-  std::uint64_t v = value;
-  v = (v | (v << 16u)) & 0x0000FFFF0000FFFFu;
-  v = (v | (v << 8u)) & 0x00FF00FF00FF00FFu;
-  v = (v | (v << 4u)) & 0x0F0F0F0F0F0F0F0Fu;
-  v = (v | (v << 2u)) & 0x3333333333333333u;
-  v = (v | (v << 1u)) & 0x5555555555555555u;
-  return v;
-}
-
-std::uint32_t gathered(std::uint64_t v) {
-  v &= 0x5555555555555555u;
-  v = (v | (v >> 1u)) & 0x3333333333333333u;
-  v = (v | (v >> 2u)) & 0x0F0F0F0F0F0F0F0Fu;
-  v = (v | (v >> 4u)) & 0x00FF00FF00FF00FFu;
-  v = (v | (v >> 8u)) & 0x0000FFFF0000FFFFu;
-  v = (v | (v >> 16u)) & 0x00000000FFFFFFFFu;
-  return static_cast<std::uint32_t>(v);
-}
 
 class Crc32 {
  public:
@@ -84,7 +64,7 @@ float floatAt(std::span<const std::byte> bytes, std::size_t offset) {
 std::int64_t rowNumberOf(const tiling::TileId& id) {
   assert(id.level <= tiling::kMaxLevel && id.root < (1 << kRootBits));
   const std::uint64_t prefix = (std::uint64_t{1} << kRootBits) | id.root;
-  return static_cast<std::int64_t>((prefix << (2u * id.level)) | spread(id.x) | (spread(id.y) << 1u));
+  return static_cast<std::int64_t>((prefix << (2u * id.level)) | tiling::interleaved(id.x, id.y));
 }
 
 std::optional<tiling::TileId> tileOfRowNumber(std::int64_t number) {
@@ -96,8 +76,8 @@ std::optional<tiling::TileId> tileOfRowNumber(std::int64_t number) {
   tiling::TileId id;
   id.level = static_cast<std::uint8_t>(width / 2);
   id.root = static_cast<std::uint8_t>((bits >> static_cast<unsigned>(width)) & ((1u << kRootBits) - 1));
-  id.x = gathered(bits & mask);
-  id.y = gathered((bits & mask) >> 1u);
+  id.x = tiling::evenBits(bits & mask);
+  id.y = tiling::evenBits((bits & mask) >> 1u);
   return id;
 }
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "tiling/morton.h"
 #include "tiling/schemes.h"
 
 namespace tellurion::tiling {
@@ -17,24 +18,6 @@ std::uint32_t tileCoordinate(double unit, int level) {
   const auto tiles = static_cast<double>(std::uint64_t{1} << level);
   const double at = unit * tiles;
   return at > 0.0 ? static_cast<std::uint32_t>(std::min(at, tiles - 1.0)) : 0u;  // NaN too is 0
-}
-
-// The bits of x at the even places of the result.
-std::uint64_t spread(std::uint64_t x) {
-  x = (x | (x << 16u)) & 0x0000FFFF0000FFFFu;
-  x = (x | (x << 8u)) & 0x00FF00FF00FF00FFu;
-  x = (x | (x << 4u)) & 0x0F0F0F0F0F0F0F0Fu;
-  x = (x | (x << 2u)) & 0x3333333333333333u;
-  return (x | (x << 1u)) & 0x5555555555555555u;
-}
-
-std::uint32_t gathered(std::uint64_t x) {
-  x &= 0x5555555555555555u;
-  x = (x | (x >> 1u)) & 0x3333333333333333u;
-  x = (x | (x >> 2u)) & 0x0F0F0F0F0F0F0F0Fu;
-  x = (x | (x >> 4u)) & 0x00FF00FF00FF00FFu;
-  x = (x | (x >> 8u)) & 0x0000FFFF0000FFFFu;
-  return static_cast<std::uint32_t>(x | (x >> 16u));
 }
 
 }  // namespace
@@ -56,8 +39,7 @@ bool TileId::isDescendantOf(const TileId& a) const {
 }
 
 std::size_t TileIdHash::operator()(const TileId& id) const noexcept {
-  std::uint64_t h =
-      (std::uint64_t{id.level} << 58u) ^ (std::uint64_t{id.root} << 54u) ^ spread(id.x) ^ (spread(id.y) << 1u);
+  std::uint64_t h = (std::uint64_t{id.level} << 58u) ^ (std::uint64_t{id.root} << 54u) ^ interleaved(id.x, id.y);
   h = (h ^ (h >> 32u)) * 0x9E3779B97F4A7C15u;
   return static_cast<std::size_t>(h ^ (h >> 29u));
 }
@@ -176,7 +158,7 @@ double Tiling::area(const TileId& id) const {
 // and x.
 std::uint64_t healpixNested(const TileId& id) {
   const std::uint32_t last = (std::uint32_t{1} << id.level) - 1u;
-  return (std::uint64_t{id.root} << (2u * id.level)) | spread(last - id.y) | (spread(last - id.x) << 1u);
+  return (std::uint64_t{id.root} << (2u * id.level)) | interleaved(last - id.y, last - id.x);
 }
 
 TileId tileFromHealpixNested(int order, std::uint64_t pixel) {
@@ -184,7 +166,7 @@ TileId tileFromHealpixNested(int order, std::uint64_t pixel) {
   const std::uint32_t last = (std::uint32_t{1} << order) - 1u;
   const std::uint64_t inRoot = pixel & ((std::uint64_t{1} << (2 * order)) - 1u);
   return {static_cast<std::uint8_t>(order), static_cast<std::uint8_t>(pixel >> (2 * order)),
-          last - gathered(inRoot >> 1u), last - gathered(inRoot)};
+          last - evenBits(inRoot >> 1u), last - evenBits(inRoot)};
 }
 
 }  // namespace tellurion::tiling
