@@ -80,20 +80,6 @@ void takeGutter(Canvas& canvas, tiling::Edge edge, int half, const AdjacentTile&
   }
 }
 
-/// Lowest and highest of a tile's own samples, gutter not counted.
-HeightStatistics rangeOf(const Raster<float>& samples) {
-  HeightStatistics range;
-  for (int row = kGutter; row < samples.height - kGutter; ++row) {
-    for (int column = kGutter; column < samples.width - kGutter; ++column) {
-      const float height = samples.at(column, row);
-      if (isNoData(height)) continue;
-      range.min_m = isNoData(range.min_m) ? height : std::min(range.min_m, height);
-      range.max_m = isNoData(range.max_m) ? height : std::max(range.max_m, height);
-    }
-  }
-  return range;
-}
-
 io::Result<Raster<float>> samplesOf(const TileRecord& record, int cells) {
   const int side = sideOf(raster::Kind::elevation, cells);
   auto samples = raster::decodeElevation(record.payload, side, side);
@@ -116,7 +102,7 @@ io::Result<void> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& 
 
 /// Range over the tile and everything below it; of the error, that it is no smaller than a child's.
 HeightStatistics statisticsOf(const Raster<float>& samples, const TileRecord& record) {
-  HeightStatistics own = rangeOf(samples);
+  HeightStatistics own = raster::ownRangeOf(samples);
   for (const HeightStatistics& child : record.children) {
     own.error_m = std::max(own.error_m, child.error_m);
     if (isNoData(child.min_m)) continue;

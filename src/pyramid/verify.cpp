@@ -31,19 +31,6 @@ bool holds(const HeightStatistics& range, const HeightStatistics& other) {
   return range.min_m <= other.min_m && range.max_m >= other.max_m;
 }
 
-HeightStatistics rangeOf(const raster::Raster<float>& samples) {
-  HeightStatistics range;
-  for (int row = raster::kGutter; row < samples.height - raster::kGutter; ++row) {
-    for (int column = raster::kGutter; column < samples.width - raster::kGutter; ++column) {
-      const float height = samples.at(column, row);
-      if (isNoData(height)) continue;
-      range.min_m = isNoData(range.min_m) ? height : std::min(range.min_m, height);
-      range.max_m = isNoData(range.max_m) ? height : std::max(range.max_m, height);
-    }
-  }
-  return range;
-}
-
 /// What is wrong inside one row: payload and statistics. Runs on a worker.
 Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
   Faults faults;
@@ -55,7 +42,7 @@ Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
   }
   if (kind == raster::Kind::imagery) return faults;
   const HeightStatistics& stated = record.statistics;
-  const HeightStatistics own = rangeOf(std::get<raster::ElevationTile>(tile->payload).samples);
+  const HeightStatistics own = raster::ownRangeOf(std::get<raster::ElevationTile>(tile->payload).samples);
   if (!holds(stated, own)) complain("its samples are outside its minimum and maximum");
   if (!(stated.error_m >= 0.0f)) complain("its error is negative or not a number");
   if (record.childMask == 0 && stated.error_m != 0.0f) complain("it has no children but an error");

@@ -27,6 +27,9 @@ struct HeightStatistics {
   float error_m = 0.0f;
 };
 
+/// Lowest and highest of an elevation tile's samples, gutter not counted; the error is 0.
+HeightStatistics ownRangeOf(const Raster<float>& samples);
+
 /// Vertex-registered: sample (c, r), gutter included, lies at tile-local s = (c - 1) / cells, t = (r - 1) / cells.
 /// Neighbours hold the same values on their shared edge and, through the gutter, one sample of each other. The four
 /// corners of the gutter carry no promise.
