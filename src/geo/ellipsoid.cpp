@@ -147,8 +147,4 @@ bool Ellipsoid::isBelowHorizon(const BodyPosition& eye, const BodyPosition& targ
   return towards > tangent2 + kRounding && towards * towards > (tangent2 + kRounding) * dot(sight, sight);
 }
 
-double Ellipsoid::horizonDistance_m(double height_m) const {
-  return height_m > 0.0 ? std::sqrt((2.0 * a_ + height_m) * height_m) : 0.0 * height_m;
-}
-
 }  // namespace tellurion::geo

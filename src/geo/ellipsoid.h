@@ -49,10 +49,6 @@ class Ellipsoid {
   /// it and for NaN.
   bool isBelowHorizon(const BodyPosition& eye, const BodyPosition& target, double depth_m = 0.0) const;
 
-  /// Distance in metres from a point height_m above the equator-sized sphere to its horizon: sqrt(2 a h + h^2); 0 from
-  /// below.
-  double horizonDistance_m(double height_m) const;
-
   friend constexpr bool operator==(const Ellipsoid&, const Ellipsoid&) = default;
 
  private:

@@ -196,7 +196,6 @@ TEST(Ellipsoid, NanInNanOut) {
   }
   EXPECT_TRUE(std::isnan(e.bodyFromGeodetic(fromDegrees(kNaN, 0.0, 0.0)).m.z));
   EXPECT_TRUE(std::isnan(e.bodyFromGeodetic(fromDegrees(0.0, 0.0, kNaN)).m.x));
-  EXPECT_TRUE(std::isnan(e.horizonDistance_m(kNaN)));
 }
 
 TEST(EllipsoidRay, FromOutsideStraightDown) {
@@ -275,13 +274,6 @@ TEST(EllipsoidHorizon, NothingIsHiddenFromInside) {
   EXPECT_FALSE(e.isBelowHorizon({Vec3(6e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}));
   EXPECT_TRUE(e.isBelowHorizon({Vec3(6.4e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}));
   EXPECT_FALSE(e.isBelowHorizon({Vec3(6.4e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}, 7e6));
-}
-
-TEST(EllipsoidHorizon, Distance) {
-  const Ellipsoid e = mars().ellipsoid;
-  EXPECT_EQ(e.horizonDistance_m(0.0), 0.0);
-  EXPECT_EQ(e.horizonDistance_m(-5.0), 0.0);
-  EXPECT_DOUBLE_EQ(e.horizonDistance_m(2.0), std::sqrt(2.0 * 3396190.0 * 2.0 + 4.0));
 }
 
 TEST(Body, ByName) {
