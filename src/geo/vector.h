@@ -25,4 +25,8 @@ using glm::dot;
 using glm::length;
 using glm::normalize;
 
+/// v turned by the smallest rotation that takes the unit vector `from` to the unit vector `to`; -v where they are
+/// opposite (within 1e-6 rad), for then any way is as short. Error about 1e-16 / (1 + cos of the angle between them).
+Vec3 rotatedBetween(const Vec3& v, const Vec3& from, const Vec3& to);
+
 }  // namespace tellurion::geo

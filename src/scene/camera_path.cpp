@@ -21,14 +21,6 @@ using geo::Vec3;
 constexpr double kHeightScale_m = 100.0;
 constexpr std::string_view kHeader = "seconds,lat,lon,height_m,heading,pitch,roll";
 
-/// The rotation by the smallest angle that takes one unit vector to another, applied to v (Rodrigues).
-Vec3 carried(const Vec3& v, const Vec3& from, const Vec3& to) {
-  const Vec3 axis = geo::cross(from, to);
-  const double cosine = geo::dot(from, to);
-  if (cosine < -1.0 + 1e-12) return -v;  // opposite places: any way is as short
-  return v * cosine + geo::cross(axis, v) + axis * (geo::dot(axis, v) / (1.0 + cosine));
-}
-
 /// The tangent at `from` that leads to `to` along the great circle; its length is the angle.
 Vec3 tangentTo(const Direction& from, const Direction& to) {
   const Vec3 across = to.n - from.n * geo::dot(from.n, to.n);
@@ -152,8 +144,8 @@ void CameraPath::makeChannels() {
       pitch_.values.push_back(c.pitch.radians());
       roll_.values.push_back(c.roll.radians());
     } else {
-      const Vec3 before =
-          carried(headingVector(places_[i - 1], keys_[i - 1].camera.heading), places_[i - 1].n, places_[i].n);
+      const Vec3 before = geo::rotatedBetween(headingVector(places_[i - 1], keys_[i - 1].camera.heading),
+                                              places_[i - 1].n, places_[i].n);
       const geo::Geodetic here = geo::geodeticFromDirection(places_[i]);
       const Vec3 now = headingVector(places_[i], c.heading);
       heading += shortWay((headingOf(here, now) - headingOf(here, before)).radians());
@@ -189,7 +181,7 @@ Camera CameraPath::at(Seconds when) const {
   }
   Camera camera;
   camera.position = geo::geodeticFromDirection(points[0]);
-  const Vec3 start = carried(headingVector(places_[i], keys_[i].camera.heading), places_[i].n, points[0].n);
+  const Vec3 start = geo::rotatedBetween(headingVector(places_[i], keys_[i].camera.heading), places_[i].n, points[0].n);
   const double turned = sample(heading_, i, time) - heading_.values[i];
   camera.heading = headingOf(camera.position, start) + geo::Angle::radians(turned);
   camera.heading = geo::Angle::radians(shortWay(camera.heading.radians()));

@@ -144,14 +144,6 @@ PixelPosition lastReachable(const PanShell& shell, PixelPosition from, PixelPosi
   return between(from, to, good);
 }
 
-geo::Direction rotatedBetween(const Vec3& from, const Vec3& to, const geo::Direction& d) {
-  const Vec3 f = geo::normalize(from), t = geo::normalize(to);
-  const Vec3 axis = geo::cross(f, t);
-  const double cosine = geo::dot(f, t);
-  if (cosine < -0.999) return d;
-  return {geo::normalize(d.n + geo::cross(axis, d.n) + geo::cross(axis, geo::cross(axis, d.n)) / (1.0 + cosine))};
-}
-
 // ---- Zooming
 
 // Turned so that the point is at its pixel; straight down where that would need to lean back over the nadir.
@@ -288,7 +280,7 @@ View panned(const View& start, const Grip& grip, PixelPosition cursor, const Gro
   if (!under) return cleared(start, ground);
   const Pose pose = poseOf(start, ground.ellipsoid);
   Pose now = pose;
-  now.up = rotatedBetween(under->m, grip.point.m, pose.up);
+  now.up.n = geo::normalize(geo::rotatedBetween(pose.up.n, geo::normalize(under->m), geo::normalize(grip.point.m)));
   const double distance_m = geo::length(grip.point - start.eye);
   const Vec3 seen = viewDirectionThrough(start, reachable);
   for (int i = 0; i < 8; ++i) {  // the ground may push the eye up on the way

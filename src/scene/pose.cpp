@@ -27,14 +27,6 @@ double wrappedRadians(double radians) {
   return std::remainder(radians, 2.0 * geo::kPi);
 }
 
-// Minimal rotation that takes the unit vector `from` to `to`, applied to v.
-Vec3 rotatedWith(const Vec3& from, const Vec3& to, const Vec3& v) {
-  const Vec3 axis = geo::cross(from, to);
-  const double cosine = geo::dot(from, to);
-  if (cosine < -0.999) return v;
-  return v + geo::cross(axis, v) + geo::cross(axis, geo::cross(axis, v)) / (1.0 + cosine);
-}
-
 // Pitches p with R sin(p + phase) = height, within a right angle of the horizon; the one nearer to `wished`.
 std::optional<double> pitchFor(double sine, double phase, double wished) {
   std::optional<double> best;
@@ -98,7 +90,7 @@ Pose carriedTo(const Pose& pose, const geo::Direction& up, double height_m) {
   Pose carried = pose;
   carried.up = up;
   carried.height_m = height_m;
-  carried.forward = levelled(rotatedWith(pose.up.n, up.n, pose.forward), up.n);
+  carried.forward = levelled(geo::rotatedBetween(pose.forward, pose.up.n, up.n), up.n);
   const double turn = wrappedRadians(headingOf(pose).radians() - headingOf(carried).radians());
   const double trust =
       trustInHeading(pose.up) * trustInHeading(up) * (1.0 - smoothStep(0.5 * geo::kPi, 0.9 * geo::kPi, std::abs(turn)));
