@@ -120,6 +120,20 @@ TEST_P(Append, AgainIsAlreadyComplete) {
   EXPECT_EQ(bytes, bytesOf(folder_ / "out.tdb"));
 }
 
+TEST_P(Append, AnInputThatCannotBeReadLeavesTheDatabaseAsItWas) {
+  ASSERT_NE(builtPyramid(options({globe()}, false)), nullptr);
+  const std::string bytes = bytesOf(folder_ / "out.tdb");
+  const std::string sound = patch("a.tif", 40, -5, 9, 3000);
+  const std::string damaged = patch("b.tif", 40, -5, 9, 3000);
+  std::filesystem::resize_file(damaged, std::filesystem::file_size(damaged) / 2);
+  const auto built = buildPyramid(options({damaged}, true));
+  ASSERT_FALSE(built.has_value());
+  EXPECT_NE(built.error().message.find("as it was"), std::string::npos) << io::describe(built.error());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out.tdb.part"));
+  EXPECT_EQ(bytes, bytesOf(folder_ / "out.tdb"));
+  EXPECT_TRUE(buildPyramid(options({sound}, true)).has_value());
+}
+
 TEST_P(Append, NeedsADatabaseOfItsKindTilingAndBody) {
   const std::string input = globe();
   const auto missing = buildPyramid(options({input}, true));

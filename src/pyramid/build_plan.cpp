@@ -5,6 +5,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pyramid/database_file.h"
+
 namespace tellurion::pyramid {
 namespace {
 
@@ -35,14 +37,6 @@ std::string signatureOfFile(const std::string& path) {
   if (error) return path;
   const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
   return fmt::format("{}|{}|{}", absolute.string(), size, time);
-}
-
-/// What tells an input from another: its name as it is stored, and every file that it is read from.
-std::string signatureOf(const raster::RasterInfo& info) {
-  std::string text = storedName(info.path) + "|" + signatureOfFile(info.path);
-  for (const std::string& file : info.files)
-    text += "|" + signatureOfFile(file);
-  return text;
 }
 
 std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs) {
@@ -76,12 +70,24 @@ io::Result<void> checkBase(const BuildOptions& options, const DatabaseMeta& base
   return {};
 }
 
+io::Result<void> checkInput(const std::string& path) {
+  if (!isTileDatabaseFile(path)) return {};
+  return io::fail(
+      Code::invalidArgument,
+      "is a tile database, and a build takes rasters: name the rasters that it was made of ('tellurion info' "
+      "lists them), or show it as it is, with others joined by commas ('tellurion view A.tdb,B.tdb')",
+      path);
+}
+
 PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info) {
   const tiling::Tiling tiling(meta.scheme);
   PlannedInput input{.path = info.path,
                      .depth = depthForSpacing(tiling, meta.tileCells, info.finestSpacing),
                      .footprint = {},
-                     .bounds = info.bounds};
+                     .bounds = info.bounds,
+                     .files = info.files,
+                     .signature = {}};
+  input.signature = signatureOf(input);
   if (options.maxLevel && *options.maxLevel < input.depth) {
     input.depth = *options.maxLevel;
     input.footprint = tiling.metrics(input.depth).meanEdge / meta.tileCells;
@@ -123,6 +129,13 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
 
 }  // namespace
 
+std::string signatureOf(const PlannedInput& input) {
+  std::string text = storedName(input.path) + "|" + signatureOfFile(input.path);
+  for (const std::string& file : input.files)
+    text += "|" + signatureOfFile(file);
+  return text;
+}
+
 int depthForSpacing(const tiling::Tiling& tiling, int tileCells, geo::Angle spacing) {
   int level = 0;
   while (level < tiling::kMaxLevel && tiling.metrics(level).largestEdge / tileCells > spacing * kSpacingSlack)
@@ -152,11 +165,12 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   }
   std::string signatures;
   for (const std::string& path : options.inputs) {
+    if (auto ok = checkInput(path); !ok) return tl::unexpected(ok.error());
     const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
     if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
     if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
-    signatures += "\n" + signatureOf(file->info());
+    signatures += "\n" + plan.inputs.back().signature;
   }
   plan.meta.maxLevel = plan.deepestLevel;
   plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);

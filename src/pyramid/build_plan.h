@@ -22,7 +22,12 @@ struct PlannedInput {
   /// one.
   geo::Angle footprint;
   geo::GeoRect bounds;
+  std::vector<std::string> files;  ///< all that it is read from
+  std::string signature;           ///< signatureOf() when it was planned
 };
+
+/// What tells one content of an input from another without reading it: names, sizes and times of all its files.
+std::string signatureOf(const PlannedInput& input);
 
 /// All that is decided before the first tile is made. Immutable: worker threads share it.
 struct BuildPlan {

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "pyramid/build_run.h"
+#include "pyramid/database_file.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -55,8 +56,10 @@ io::Result<void> copyBase(const fs::path& base, const fs::path& part) {
   const fs::path half = withSuffix(part, ".copy");
   std::error_code error;
   fs::copy_file(base, half, fs::copy_options::overwrite_existing, error);
-  if (error) return io::fail(Code::ioError, "cannot be copied: " + error.message(), base.string());
-  return moved(half, part);
+  if (!error) return moved(half, part);
+  const std::string why = error.message();
+  fs::remove(half, error);
+  return io::fail(Code::ioError, "cannot be copied: " + why, base.string());
 }
 
 /// The first commit of an append: from here on the copy is this build's.
@@ -84,8 +87,9 @@ io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, con
   }
   if (database->meta().buildKey != plan.meta.buildKey) {
     return io::fail(Code::invalidArgument,
-                    "is left from a build with other inputs or options; run that command again to finish it, or remove "
-                    "the file to start over",
+                    fmt::format("is left from a build with other inputs or options; finish that one ('{}', with "
+                                "--max-level and --nodata as they were given then), or remove the file to start over",
+                                commandToGoOn(*database)),
                     part.string());
   }
   return Opened{std::move(*database), true};
@@ -155,21 +159,45 @@ io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan,
   return true;
 }
 
+/// Whether the same command would fail again: an input that is there but cannot be read, or one that is no longer what
+/// was planned with; of an append also the database below, or the copy of it. An input that is out of reach (a share
+/// that went away) may come back, and what is done is kept for it.
+bool wouldFailAgain(const io::Failure& failure, const BuildPlan& plan, const fs::path& part) {
+  const auto input = std::ranges::find(plan.inputs, failure.where, &PlannedInput::path);
+  if (input != plan.inputs.end()) {
+    std::error_code error;
+    if (!fs::exists(input->path, error)) return false;
+    return failure.code == Code::corrupt || signatureOf(*input) != input->signature;
+  }
+  const bool isBelow = plan.base && (failure.where == plan.base->string() || failure.where == part.string());
+  return failure.code == Code::corrupt && isBelow;
+}
+
+/// A build that cannot be finished is not left in the way of the next one of that name.
+io::Failure afterFailure(io::Failure failure, const BuildOptions& options, const BuildPlan& plan,
+                         const fs::path& part) {
+  if (!wouldFailAgain(failure, plan, part)) return failure;
+  std::error_code error;
+  fs::remove(part, error);
+  failure.message += options.append ? fmt::format("; nothing was appended, {} is as it was", options.output.string())
+                                    : "; nothing was built";
+  return failure;
+}
+
 io::Result<BuildReport> build(const BuildOptions& options, const BuildPlan& plan, const std::string& baseKey,
                               const ProgressSink& progress, std::stop_token stop) {
   const fs::path part = withSuffix(options.output, ".part");
   bool resumed = false;
-  bool hasData = false;
+  io::Result<bool> hasData = false;
   std::set<std::string> warnings(plan.warnings.begin(), plan.warnings.end());
-  {  // the database is closed before it is renamed
+  {  // the database is closed before it is renamed or removed
     auto opened = openPart(part, plan, baseKey);
     if (!opened) return tl::unexpected(opened.error());
     resumed = opened->resumed;
-    const auto ended = runToTheEnd(options, plan, opened->database, progress, std::move(stop), warnings);
-    if (!ended) return tl::unexpected(ended.error());
-    hasData = *ended;
+    hasData = runToTheEnd(options, plan, opened->database, progress, std::move(stop), warnings);
   }
-  if (!hasData) {
+  if (!hasData) return tl::unexpected(afterFailure(hasData.error(), options, plan, part));
+  if (!*hasData) {
     std::error_code error;
     fs::remove(part, error);
     return io::fail(Code::invalidArgument, "no input has any data: nothing to build", options.inputs.back());
@@ -192,6 +220,7 @@ io::Result<std::string> keyOfBuild(const BuildOptions& options) {
 }
 
 io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress, std::stop_token stop) {
+  if (auto ok = checkOutputName(options.output); !ok) return tl::unexpected(ok.error());
   const auto existing = finishedAt(options.output);
   if (!existing) {
     io::Failure failure = existing.error();

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <random>
@@ -182,6 +183,59 @@ TEST_F(PyramidBuilder, NoDataAtAllIsAFailureThatLeavesNothing) {
   EXPECT_NE(built.error().message.find("no input has any data"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "out.tdb"));
   EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
+}
+
+TEST_F(PyramidBuilder, AnInputThatCannotBeReadLeavesNothingInTheWay) {
+  const std::string sound = globe();
+  const std::string damaged = globe("damaged.tif");
+  fs::resize_file(damaged, fs::file_size(damaged) / 2);
+  for (const std::vector<std::string>& inputs : {std::vector{damaged}, std::vector{sound, damaged}}) {
+    const auto built = buildPyramid(options("out.tdb", inputs));
+    ASSERT_FALSE(built.has_value());
+    EXPECT_EQ(built.error().code, Code::corrupt);
+    EXPECT_EQ(built.error().where, damaged);
+    EXPECT_FALSE(fs::exists(folder_ / "out.tdb"));
+    EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
+  }
+  EXPECT_TRUE(buildPyramid(options("out.tdb", {sound})).has_value());
+}
+
+TEST_F(PyramidBuilder, AnInputThatCannotBeReadRemovesWhatAStoppedRunLeft) {
+  const std::string damaged = globe();
+  fs::resize_file(damaged, fs::file_size(damaged) / 2);
+  std::stop_source stopped;
+  stopped.request_stop();
+  const BuildOptions build = options("out.tdb", {damaged});
+  EXPECT_EQ(buildPyramid(build, {}, stopped.get_token()).error().code, Code::cancelled);
+  ASSERT_TRUE(fs::exists(folder_ / "out.tdb.part"));
+  EXPECT_EQ(buildPyramid(build).error().code, Code::corrupt);
+  EXPECT_FALSE(fs::exists(folder_ / "out.tdb.part"));
+}
+
+TEST_F(PyramidBuilder, AnInputThatGoesAwayKeepsWhatIsDone) {
+  const std::string input = globe();
+  BuildOptions build = options("out.tdb", {input});
+  build.jobs = 1;
+  std::vector<std::string> inputs = {input};
+  for (int i = 0; i < 20; ++i) {  // so many that files are closed and opened again
+    const std::string name = "strip" + std::to_string(i) + ".tif";
+    writeElevation(folder_ / name, degreesGrid(-40 + 2 * i, -3, -38 + 2 * i, 3, 40, 120), [i](int, int) { return i; });
+    inputs.push_back((folder_ / name).string());
+  }
+  build.inputs = inputs;
+  bool isAway = false;
+  const auto built = buildPyramid(build, [&](const BuildProgress& progress) {
+    if (isAway || progress.done < 100) return;
+    isAway = true;
+    for (const std::string& path : inputs)
+      fs::rename(path, path + ".away");
+  });
+  if (built) GTEST_SKIP() << "no input was opened again";
+  EXPECT_NE(std::ranges::find(inputs, built.error().where), inputs.end()) << io::describe(built.error());
+  EXPECT_TRUE(fs::exists(folder_ / "out.tdb.part"));
+  for (const std::string& path : inputs)
+    fs::rename(path + ".away", path);
+  EXPECT_TRUE(buildPyramid(build)->resumed);
 }
 
 TEST_F(PyramidBuilder, WarningsOfSamplingAreReportedOnce) {

@@ -4,7 +4,7 @@
 
 #include <mutex>
 
-#include "pyramid/database.h"
+#include "pyramid/database_file.h"
 
 namespace tellurion::pyramid {
 
@@ -73,16 +73,10 @@ PyramidReader::PyramidReader(std::unique_ptr<State> state) : state_(std::move(st
 PyramidReader::~PyramidReader() = default;
 
 io::Result<std::shared_ptr<const PyramidReader>> PyramidReader::open(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path.string());
-  if (!std::filesystem::is_regular_file(path, error))
-    return io::fail(Code::invalidArgument, "not a file", path.string());
+  if (auto ok = checkDatabaseFile(path); !ok) return tl::unexpected(ok.error());
   auto database = TileDatabase::open(path, Connection::Mode::read);
   if (!database) return tl::unexpected(database.error());
-  if (!database->meta().complete) {
-    return io::fail(Code::invalidArgument, "this tile database is not finished; run the command that builds it again",
-                    path.string());
-  }
+  if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   auto state = std::make_unique<State>();
   state->path = path;
   state->meta = database->meta();

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <thread>
 
-#include "pyramid/database.h"
+#include "pyramid/database_file.h"
 #include "pyramid/ordered_work.h"
 
 namespace tellurion::pyramid {
@@ -198,16 +198,10 @@ class Verification {
 
 io::Result<VerifyReport> verifyPyramid(const std::filesystem::path& path, const VerifyOptions& options,
                                        const VerifySink& progress) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    return io::fail(Code::notFound, "there is no such file", path.string());
-  }
+  if (auto ok = checkDatabaseFile(path); !ok) return tl::unexpected(ok.error());
   auto database = TileDatabase::open(path, Connection::Mode::read);
   if (!database) return tl::unexpected(database.error());
-  if (!database->meta().complete) {
-    return io::fail(Code::invalidArgument, "this tile database is not finished; run the command that builds it again",
-                    path.string());
-  }
+  if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   auto family = database->connection().prepare("SELECT child_mask, children FROM tiles WHERE id = ?");
   if (!family) return tl::unexpected(family.error());
   return Verification(*database, std::move(*family), options, progress).run();

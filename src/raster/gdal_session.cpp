@@ -150,6 +150,8 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
   if (dataset) {
     return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
   }
+  if (std::filesystem::is_directory(path, error))
+    return io::fail(Code::invalidArgument, "is a folder; name the raster files in it", path);
   return tl::unexpected(messages.failure(
       Code::unsupported,
       "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "

@@ -65,7 +65,7 @@ TEST(RasterOpen, OnlyPlainLocalFiles) {
       << "<GDAL_WMS><Service name=\"TMS\"><ServerUrl>http://127.0.0.1:9/</ServerUrl></Service></GDAL_WMS>";
   expectFailure(folder.file("a.xml"), Kind::imagery, "cannot be opened");
   fs::create_directory(folder.file("empty"));
-  expectFailure(folder.file("empty"), Kind::imagery, "cannot be opened");
+  expectFailure(folder.file("empty"), Kind::imagery, "is a folder");
 }
 
 testing::MadeRaster smallGrid() {
