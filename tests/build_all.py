@@ -5,7 +5,8 @@
 
 Tried are all files that look like rasters, the hostile ones included, as elevation or imagery (both where the name does
 not tell). A clear error is exit status 1 with a message that names the file. Anything else is a fault: a crash, a signal,
-a time-out, status 1 without a message, a database that does not verify, a file left behind at the output.
+a time-out, status 1 without a message, a database that does not verify, a file left behind at the output. A folder of which
+nothing builds is a failure too: a program that refuses everything proves nothing.
 """
 import argparse
 import concurrent.futures
@@ -89,7 +90,9 @@ def main():
                 print(f"{verdict:8} {kind:9} {raster.relative_to(arguments.data)}: {detail}", flush=True)
     print(f"{len(tasks)} builds: {counts['built']} built and sound, {counts['refused']} refused with a clear error, "
           f"{counts['FAULT']} faults")
-    return 1 if counts["FAULT"] or not tasks else 0
+    if not counts["built"]:
+        print("failed: not one database was built")
+    return 1 if counts["FAULT"] or not counts["built"] else 0
 
 
 if __name__ == "__main__":
