@@ -104,18 +104,34 @@ void addBuild(CLI::App& program) {
   command->add_option(
       "--body", arguments->body,
       "earth, mars, moon, or a TOML file with body = { semi_major_axis_m = A, inverse_flattening = F }; "
-      "left out: what the inputs say");
+      "left out: what the inputs say. For inputs without a spatial reference, and for those of other bodies that are "
+      "labelled as Earth's (WGS 84); an input that is labelled as another body's is refused");
   command
       ->add_option("--max-level", arguments->maxLevel,
                    "No tile deeper than this; finer data is averaged. Left out: as deep as each input is fine")
       ->check(CLI::Range(0, tiling::kMaxLevel));
   command->add_option("--jobs", arguments->jobs, "Threads; left out: one for each core")->check(CLI::Range(1, 1024));
-  command->add_option("--nodata", arguments->nodata, "The stored value that means 'no data', for all inputs");
+  command->add_option(
+      "--nodata", arguments->nodata,
+      "The stored value that means 'no data', for all inputs, in place of what they say themselves; a value that an "
+      "input cannot hold is refused");
   command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   command->footer(
+      "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "
+      "have "
+      "(voids\n"
+      "without a tag: on Earth below -12000 or above 9000 m, on Mars and the Moon below -15000 or above 30000 m, "
+      "elsewhere "
+      "beyond the\n"
+      "radius), which a warning tells of. In imagery: alpha or mask at 0, or all bands at their NODATA value. Voids "
+      "stay "
+      "voids: what\n"
+      "lies below shows.\n\n"
       "A run that was interrupted, or even killed, goes on where it was when the same command is given again, and "
       "ends\n"
-      "with the same bytes. Until then the work is in OUT.tdb.part.\n\n"
+      "with the same bytes. Until then the work is in OUT.tdb.part, and 'tellurion info OUT.tdb.part' names the "
+      "command.\n"
+      "An input that cannot be read ends the build, and leaves no OUT.tdb.part.\n\n"
       "Example: the whole Earth, then Mount Everest over it in more detail\n"
       "  tellurion build earth.tdb etopo5_dem_10min.tif --kind elevation\n"
       "  tellurion build earth.tdb srtm3_everest_N27E086.tif --kind elevation --append");

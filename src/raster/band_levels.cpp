@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "raster/gdal_session.h"
 
@@ -15,6 +16,8 @@ using Code = io::Failure::Code;
 
 constexpr double kMostBlockBytes = 256.0 * (1u << 20u);
 constexpr int kMostOverviews = 32;
+/// Relative, of a 32-bit value and of its text with seven digits.
+constexpr double kFloatRounding = 2.5e-7;
 
 io::Result<void> checkBand(GDALRasterBand& band, const std::string& path) {
   const GDALDataType type = band.GetRasterDataType();
@@ -69,6 +72,20 @@ std::optional<BandLevel> overviewLevel(const BandLevel& base, int overview) {
   return level;
 }
 
+/// Floating point is rounded to; integers hold only themselves.
+bool canHold(GDALDataType type, double value) {
+  if (GDALDataTypeIsInteger(type) == 0) {
+    const double largest = type == GDT_Float32 ? (1.0 + kFloatRounding) * static_cast<double>(std::numeric_limits<float>::max())
+                                               : std::numeric_limits<double>::max();
+    return !std::isfinite(value) || std::abs(value) <= largest;
+  }
+  if (!std::isfinite(value)) return false;
+  int clamped = 0;
+  int rounded = 0;
+  GDALAdjustValueToDataType(type, value, &clamped, &rounded);
+  return clamped == 0 && rounded == 0;
+}
+
 io::Result<void> read(GDALRasterBand& band, const Window& w, void* block, GDALDataType type, int spacing,
                       const std::string& path) {
   const GdalMessages messages;
@@ -115,17 +132,26 @@ io::Result<void> readBytes(GDALRasterBand& band, const Window& window, std::uint
 
 NoDataValue::NoDataValue(double value, GDALRasterBand& band) {
   const GDALDataType type = band.GetRasterDataType();
-  const double rounding = type == GDT_Float32 ? 2.5e-7 : type == GDT_Float64 ? 1e-14 : 0.0;
+  const double rounding = type == GDT_Float32 ? kFloatRounding : type == GDT_Float64 ? 1e-14 : 0.0;
   low_ = value - rounding * std::abs(value);
   high_ = value + rounding * std::abs(value);
 }
 
-std::optional<NoDataValue> noDataOf(GDALRasterBand& band, const std::optional<double>& given) {
-  if (given) return NoDataValue(*given, band);
+io::Result<std::optional<NoDataValue>> noDataOf(GDALRasterBand& band, const std::optional<double>& given,
+                                                const std::string& path) {
+  if (given && !canHold(band.GetRasterDataType(), *given)) {
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("stores {} values, which are never {:.17g}: --nodata names a value that is in the file; "
+                    "where the inputs differ, build this one on its own and lay it over with --append",
+                    GDALGetDataTypeName(band.GetRasterDataType()), *given),
+        path);
+  }
+  if (given) return std::optional(NoDataValue(*given, band));
   int has = 0;
   const double own = band.GetNoDataValue(&has);
-  if (has == 0) return std::nullopt;
-  return NoDataValue(own, band);
+  if (has == 0) return std::optional<NoDataValue>{};
+  return std::optional(NoDataValue(own, band));
 }
 
 }  // namespace tellurion::raster

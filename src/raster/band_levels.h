@@ -43,7 +43,8 @@ class NoDataValue {
   double high_;
 };
 
-/// The value given by the caller, else the band's own, else nothing.
-std::optional<NoDataValue> noDataOf(GDALRasterBand& band, const std::optional<double>& given);
+/// The value given by the caller, else the band's own, else nothing. Fails where the band cannot hold the given value.
+io::Result<std::optional<NoDataValue>> noDataOf(GDALRasterBand& band, const std::optional<double>& given,
+                                                const std::string& path);
 
 }  // namespace tellurion::raster

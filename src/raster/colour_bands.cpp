@@ -78,7 +78,9 @@ io::Result<ColourBands> ColourBands::open(GDALDataset& dataset, const std::strin
   colours.levels_ = std::move(*levels);
   if (nodata || colours.levels_.front().mask == nullptr) {
     for (GDALRasterBand* band : colours.levels_.front().bands) {
-      if (const auto value = noDataOf(*band, nodata)) colours.nodata_.push_back(*value);
+      const auto value = noDataOf(*band, nodata, path);
+      if (!value) return tl::unexpected(value.error());
+      if (*value) colours.nodata_.push_back(**value);
     }
     if (colours.nodata_.size() != numbers.size()) colours.nodata_.clear();
   }

@@ -223,9 +223,18 @@ io::Result<Georeference> readGeoreference(GDALDataset& dataset, const std::strin
   }
   Georeference base{*transform, std::nullopt, 0.0, body.value_or(own)};
   if (std::abs(base.body.ellipsoid.semiMajorAxis_m() / own.ellipsoid.semiMajorAxis_m() - 1.0) > kSameBody) {
-    warnings.push_back(
-        fmt::format("its spatial reference is of another body ({:.10g} m): taken by latitude and longitude",
-                    own.ellipsoid.semiMajorAxis_m()));
+    // WGS 84 is what programs write that know no other body; nobody writes the Moon's by mistake.
+    if (!isEarthLike(reference)) {
+      return io::fail(Code::invalidArgument,
+                      fmt::format("lies on {} ({:.10g} m) by its spatial reference, and --body says {}; leave --body "
+                                  "out, or correct the reference (gdal_edit.py -a_srs)",
+                                  own.name, own.ellipsoid.semiMajorAxis_m(), base.body.name),
+                      path);
+    }
+    warnings.push_back(fmt::format(
+        "its spatial reference is Earth's ({:.10g} m), and --body says {}: its latitudes and longitudes are taken as "
+        "{}'s; if it does show Earth, leave --body out and build it again",
+        own.ellipsoid.semiMajorAxis_m(), base.body.name, base.body.name));
   }
   const bool onEarth = isEarthLike(reference) && base.body == geo::earth();
   const Extent extent = extentOf(*transform, dataset);

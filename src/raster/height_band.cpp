@@ -77,7 +77,9 @@ io::Result<HeightBand> HeightBand::open(GDALDataset& dataset, const std::string&
   if (dataset.GetRasterCount() > 1 && heights.levels_.front().mask == nullptr) {
     warnings.push_back(fmt::format("has {} bands: the first is taken as the elevation", dataset.GetRasterCount()));
   }
-  heights.nodata_ = noDataOf(band, nodata);
+  auto noData = noDataOf(band, nodata, path);
+  if (!noData) return tl::unexpected(std::move(noData.error()));
+  heights.nodata_ = *noData;
   const double unit_m = metresOf(band.GetUnitType(), warnings);
   heights.scale_ = band.GetScale() * unit_m;
   heights.offset_m_ = band.GetOffset() * unit_m;

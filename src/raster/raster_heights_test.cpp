@@ -418,6 +418,57 @@ TEST(RasterHeights, OtherBodiesTakeLatitudeAndLongitudeAsTheyAre) {
   EXPECT_FLOAT_EQ(heightAt(moon, 48.5, 13.5), 103.0f);
 }
 
+TEST(RasterHeights, ABodyThatContradictsTheReferenceIsRefusedUnlessItIsEarths) {
+  const ScratchFolder folder;
+  auto made = oneDegree([](int, int col, int row) { return col + 100.0 * row; });
+  makeRaster(folder.file("earth.tif"), made);
+  auto mislabelled = openOrDie(folder.file("earth.tif"), Kind::elevation, {.body = geo::mars()});
+  EXPECT_EQ(mislabelled.info().body, geo::mars());
+  EXPECT_FLOAT_EQ(heightAt(mislabelled, 48.5, 13.5), 103.0f);
+  ASSERT_EQ(mislabelled.info().warnings.size(), 1u);
+  EXPECT_NE(mislabelled.info().warnings[0].find("leave --body out"), std::string::npos);
+  made.reference = "+proj=longlat +R=3396190 +no_defs";
+  makeRaster(folder.file("mars.tif"), made);
+  for (const geo::Body& other : {geo::earth(), geo::moon()}) {
+    const auto refused = RasterFile::open(folder.file("mars.tif"), Kind::elevation, {.body = other});
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find("lies on mars"), std::string::npos) << refused.error().message;
+  }
+  EXPECT_TRUE(openOrDie(folder.file("mars.tif"), Kind::elevation, {.body = geo::mars()}).info().warnings.empty());
+}
+
+TEST(RasterHeights, ANoDataValueThatTheFileCannotHoldIsRefused) {
+  const ScratchFolder folder;
+  struct Case {
+    GDALDataType type;
+    std::vector<double> fine;
+    std::vector<double> refused;
+  };
+  const double nan = std::nan("");
+  const std::vector<Case> cases = {{GDT_Byte, {0, 255}, {-1, 256, 0.5, nan}},
+                                   {GDT_Int16, {-32768, 32767}, {-99999, 40000, 0.5, nan, HUGE_VAL}},
+                                   {GDT_Int32, {-2147483648.0}, {3e9, nan}},
+                                   {GDT_Float32, {nan, -9999, 0.1, -3.4028235e38, HUGE_VAL}, {1e39}},
+                                   {GDT_Float64, {nan, 0.1, 1e300}, {}}};
+  int number = 0;
+  for (const Case& c : cases) {
+    auto made = oneDegree([](int, int, int) { return 5.0; });
+    made.type = c.type;
+    const std::string path = folder.file("n" + std::to_string(number++) + ".tif");
+    makeRaster(path, made);
+    for (const Kind kind : {Kind::elevation, Kind::imagery}) {
+      if (kind == Kind::elevation && c.type == GDT_Byte) continue;  // a grey picture
+      for (const double value : c.fine)
+        EXPECT_TRUE(RasterFile::open(path, kind, {.nodata = value})) << GDALGetDataTypeName(c.type) << " " << value;
+      for (const double value : c.refused) {
+        const auto refused = RasterFile::open(path, kind, {.nodata = value});
+        ASSERT_FALSE(refused) << GDALGetDataTypeName(c.type) << " " << value;
+        EXPECT_NE(refused.error().message.find("--nodata"), std::string::npos) << refused.error().message;
+      }
+    }
+  }
+}
+
 TEST(RasterHeights, RadiiBecomeHeights) {
   const ScratchFolder folder;
   auto made = oneDegree([](int, int, int) { return 200.0; });
