@@ -49,8 +49,8 @@ TEST(SinCos, QuartersCountWholeTurnsAway) {
     const double rest = uniform(random, -45.0, 45.0);
     for (long long quarter = -9; quarter <= 9; ++quarter) {
       const SinCos actual = sinCosQuarters(quarter, Angle::degrees(rest));
-      const long double truth =
-          (90.0L * static_cast<long double>(quarter) + rest) * (3.14159265358979323846264338L / 180.0L);
+      const long double truth = (90.0L * static_cast<long double>(quarter) + static_cast<long double>(rest)) *
+                                (3.14159265358979323846264338L / 180.0L);
       EXPECT_NEAR(actual.sin, static_cast<double>(std::sin(truth)), 1.7e-16);
       EXPECT_NEAR(actual.cos, static_cast<double>(std::cos(truth)), 1.7e-16);
     }

@@ -83,7 +83,9 @@ void describeRecords(GLuint vao, GLuint buffer) {
 }
 
 void clear(const scene::Frame& frame, GLuint framebuffer) {
-  const auto linear = [&](std::size_t i) { return static_cast<float>(raster::linearLight(frame.background[i])); };
+  const auto linear = [&](std::size_t i) {
+    return static_cast<float>(raster::linearLight(static_cast<double>(frame.background[i])));
+  };
   const std::array<GLfloat, 4> colour{linear(0), linear(1), linear(2), 1.0f};
   const GLfloat infinity = 0.0f;
   glClearNamedFramebufferfv(framebuffer, GL_COLOR, 0, colour.data());
