@@ -9,6 +9,7 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -320,6 +321,18 @@ def test_quit(viewer):
     assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
 
 
+def test_sigterm_closes_the_window(program, display, folder, scene, start):
+    """As a click on its cross does, also while the program sleeps."""
+    for number in (signal.SIGTERM, signal.SIGINT):
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, start)))
+        try:
+            viewer.wait_until_complete()
+            viewer.process.send_signal(number)
+            assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
+        finally:
+            viewer.end()
+
+
 def test_without_display(program, scene):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=60)
@@ -347,6 +360,7 @@ def run_all(program, source, folder):
                  lambda: test_reset_and_north(viewer, start), lambda: test_terrain_is_never_entered(viewer, program),
                  lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_quit(viewer)]
         steps.append(lambda: test_low_start(program, display, folder, scene))
+        steps.append(lambda: test_sigterm_closes_the_window(program, display, folder, scene, start))
         for step in steps:
             began = time.monotonic()
             step()

@@ -96,6 +96,9 @@ io::Result<void> bench(const Arguments& arguments) {
   const InterruptStop interrupt;
   const std::vector<FrameFigures> frames = play(*studio, *path, arguments.picture, interrupt.token());
   if (frames.empty()) return io::fail(io::Failure::Code::cancelled, "stopped before the first frame");
+  if (interrupt.token().stop_requested())
+    fmt::print(stderr, "tellurion bench: stopped after {:.1f} of {:.1f} s\n", frames.back().time_s,
+               path->duration().count());
   if (!arguments.stats.empty()) {
     std::string text = csvHeader();
     for (const FrameFigures& frame : frames)

@@ -22,10 +22,10 @@ constexpr auto kSignalInterval = 20ms;
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-void onInterrupt(int) {
+void onInterrupt(int signal) {
   if (interrupted.exchange(true)) {
-    std::signal(SIGINT, SIG_DFL);
-    std::raise(SIGINT);
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
   }
 }
 
@@ -86,7 +86,13 @@ void BuildLines::operator()(std::string_view what, double share) {
 
 InterruptStop::InterruptStop() {
   interrupted = false;
-  std::signal(SIGINT, onInterrupt);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(signal, onInterrupt) == SIG_IGN) {
+      std::signal(signal, SIG_IGN);
+    } else {
+      taken_.push_back(signal);
+    }
+  }
   watcher_ = std::jthread([this](std::stop_token over) {
     while (!over.stop_requested()) {
       if (interrupted) source_.request_stop();
@@ -98,7 +104,8 @@ InterruptStop::InterruptStop() {
 InterruptStop::~InterruptStop() {
   watcher_.request_stop();
   watcher_.join();
-  std::signal(SIGINT, SIG_DFL);
+  for (const int signal : taken_)
+    std::signal(signal, SIG_DFL);
 }
 
 }  // namespace tellurion::app

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 namespace tellurion::app {
 
@@ -45,7 +46,8 @@ class BuildLines {
 /// "45 s", "3 min", "2 h 10 min".
 std::string durationText(double seconds);
 
-/// Turns Ctrl-C into a request to stop while it lives; a second Ctrl-C ends the program at once. One at a time.
+/// Turns Ctrl-C, SIGTERM and SIGHUP into a request to stop while it lives; a second one ends the program at once. Those
+/// that the program was started to ignore (nohup) stay ignored. One at a time.
 class InterruptStop {
  public:
   InterruptStop();
@@ -56,6 +58,7 @@ class InterruptStop {
 
  private:
   std::stop_source source_;
+  std::vector<int> taken_;  ///< signals
   std::jthread watcher_;
 };
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "app/progress.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "app/view_loop.h"
@@ -39,6 +40,8 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (!globe) return tl::unexpected(globe.error());
   auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
+  const InterruptStop interrupt;
+  const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
                   startView(arguments, *scene), arguments.picture.cut())
       .run();

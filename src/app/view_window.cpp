@@ -238,6 +238,11 @@ scene::Viewport ViewWindow::pictureSize() const {
   return size;
 }
 
+void ViewWindow::closeSoon() {
+  close();
+  glfwPostEmptyEvent();
+}
+
 void ViewWindow::wait(std::optional<std::chrono::milliseconds> atMost) {
   if (!atMost) {
     glfwWaitEvents();

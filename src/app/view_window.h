@@ -29,6 +29,8 @@ class ViewWindow {
 
   bool closing() const;
   void close();
+  /// From any thread: wait() ends, and closing() is true.
+  void closeSoon();
 
   /// Pixels of the picture, which on dense screens are more than the window system's units; 0 by 0 while minimised.
   scene::Viewport pictureSize() const;
