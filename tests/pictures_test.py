@@ -11,9 +11,11 @@ import math
 import pathlib
 import re
 import shutil
+import signal
 import struct
 import subprocess
 import sys
+import time
 import zlib
 
 SKIPPED = 77
@@ -97,6 +99,26 @@ def unpredicted(line, width):
         total = (total + byte) & 255
         sums.append(total)
     return bytes(sums[(3 - i % 4) * width + i // 4] for i in range(4 * width))
+
+
+def catches(pid, number):
+    """Whether the process has a handler of its own for the signal."""
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
+    caught = re.search(r"^SigCgt:\s*([0-9a-f]+)$", status, re.MULTILINE)
+    return bool(caught) and bool(int(caught[1], 16) >> (number - 1) & 1)
+
+
+def stopped(number, *words):
+    """What a program does that gets the signal as soon as it is ready for it."""
+    process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not catches(process.pid, number):
+        time.sleep(0.001)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=120)
+    return subprocess.CompletedProcess(words, process.returncode, out, err)
 
 
 class Pictures:
@@ -190,9 +212,92 @@ class Pictures:
             assert done.stderr.strip() and not done.stdout.strip(), f"{words}: no message on stderr"
         assert not out.exists()
 
+    def test_names_of_pictures(self):
+        """A wrong name is refused before anything is drawn; two outputs are never one file, however they are written."""
+        here = ("render", self.database, "--camera", "0,0,9e6", "--size", "8x8")
+        for name in ("never.jpg", "never", "never.png.tif", "."):
+            done = self.run(*here, "-o", self.work / name, status=2)
+            assert ".png" in done.stderr, done.stderr
+        self.run(*here, "-o", self.work / "LOUD.PNG")
+        self.run(*here, "-o", "/dev/null")
+        (self.work / "link").symlink_to(self.work)
+        out, same = self.work / "same.png", [self.work / "same.png", f"{self.work}/./absent/../same.png", self.work / "link/same.png"]
+        for other in same:
+            for words in (("-o", out, "--depth", other), ("-o", out, "--stats", other),
+                          ("-o", self.work / "other.png", "--depth", out, "--stats", other)):
+                done = self.run(*here, *words, status=2)
+                assert "same file" in done.stderr, done.stderr
+        self.run("render", self.database, "--camera", "0,0,9e6", "-o", self.work / "o.png", "--stats", self.database, status=2)
+        assert not out.exists() and not (self.work / "other.png").exists()
+
+    def test_names_of_flights(self):
+        fly = ("fly", self.database, "--path", self.path, "--fps", 4, "--size", "8x8", "-o")
+        for name in ("f.avi", "f.MOV", "f.png"):
+            done = self.run(*fly, self.work / name, status=2)
+            assert ".mp4" in done.stderr and not (self.work / name).exists(), done.stderr
+        folder = self.work / "films.mov"  # a folder that is there may have any name
+        folder.mkdir()
+        self.run(*fly, folder)
+        assert len(list(folder.iterdir())) == 3
+        (self.work / "folder.mp4").mkdir()
+        assert "is a folder" in self.run(*fly, self.work / "folder.mp4", status=1).stderr
+
+    def test_frames_of_a_longer_flight_do_not_mix_with_new_ones(self):
+        folder = self.work / "refilled"
+        fly = ("fly", self.database, "--path", self.path, "--size", "8x8", "-o", folder, "--fps")
+        self.run(*fly, 8)
+        before = {p.name: p.read_bytes() for p in folder.iterdir()}
+        done = self.run(*fly, 4, status=1)
+        assert "frame_00004.png" in done.stderr and "frame_00002.png" in done.stderr, done.stderr
+        assert {p.name: p.read_bytes() for p in folder.iterdir()} == before, "something was written or removed"
+        (folder / "frame_00003.png").unlink()
+        (folder / "frame_00004.png").rename(folder / "frame_4.png")  # no name that fly gives
+        self.run(*fly, 4)
+
+    def test_an_eye_below_the_ground_is_told(self):
+        out = self.work / "below.png"
+        ground = float(self.run_query("0 0\n"))
+        above = self.render("--size", "32x24", "-o", out, camera=f"0,0,{ground + 50},0,-90,0")
+        assert "below the ground" not in above.stderr, above.stderr
+        for depth in (300.0, 50000.0):
+            done = self.render("--size", "32x24", "-o", out, camera=f"0,0,{ground - depth},0,-90,0")
+            told = re.search(r"the eye is ([0-9.]+) m below the ground", done.stderr)
+            assert told, done.stderr
+            # The loaded ground may be coarser than the finest.
+            assert abs(float(told[1]) - depth) < 250.0, done.stderr
+        path = self.work / "dive.csv"
+        path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n"
+                        f"0,0,0,{ground + 5000},0,-45,0\n1,0,0,{ground - 5000},0,-45,0\n")
+        done = self.run("fly", self.database, "--path", path, "--fps", 4, "--size", "16x16", "-o", self.work / "dive")
+        assert re.search(r"in [1-4] of 5 frames, from number [1-4] on, the eye is below the ground", done.stderr), done.stderr
+
+    def test_sigterm_stops_as_ctrl_c_does(self):
+        path = self.work / "long.csv"
+        path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n0,0,0,4e6,0,-90,0\n1000,0,90,4e6,0,-90,0\n")
+        fly = ("fly", self.database, "--path", path, "--fps", 30, "--size", "64x48", "-o")
+        bench = ("bench", self.database, "--path", path, "--size", "64x48")
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            done = stopped(number, self.program, *fly, self.work / "stopped")
+            assert done.returncode == 1 and "stopped after" in done.stderr, done
+            done = stopped(number, self.program, *bench)
+            assert done.returncode == 0 and "stopped after" in done.stderr and "frame_ms_p50" in done.stdout, done
+        done = stopped(signal.SIGTERM, self.program, *fly, self.work / "stopped.mp4")
+        assert done.returncode == 1, done
+        assert not list(self.work.glob("stopped.mp4*")), "a temporary file is left"
+        fine = self.work / "fine.tdb"
+        self.run("build", fine, self.source / "data/mars/mola_dem_4ppd.tif", "--kind", "elevation")
+        out = self.work / "stopped.png"
+        for _ in range(10):  # a picture that is whole first is no fault
+            done = stopped(signal.SIGTERM, self.program, "render", fine, "--camera", "0,0,4e5", "--tolerance", "0.05", "-o", out)
+            if done.returncode == 1:
+                break
+            out.unlink(missing_ok=True)
+        assert done.returncode == 1 and "stopped" in done.stderr and not out.exists(), done
+
     def test_failed_runs(self):
         out = self.work / "never.png"
         nowhere = self.work / "absent" / "x"
+        nothing = self.work / "absent" / "x.png"
         (self.work / "broken.toml").write_text('body = "mars"\n[[elevation]]\nsource = "absent.tdb"\n')
         (self.work / "broken.csv").write_text("seconds,lat\n0,0\n")
         (self.work / "empty.csv").write_text("")
@@ -202,13 +307,13 @@ class Pictures:
             (("render", self.work / "absent.tdb", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.work / "broken.toml", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.path, "--camera", "0,0,1e6", "-o", out), "path.csv"),
-            (("render", self.database, "--camera", "0,0,1e6", "-o", nowhere), "absent"),
-            (("render", self.database, "--camera", "0,0,1e6", "-o", self.work), str(self.work)),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), "absent"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--depth", nowhere), "absent"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--stats", nowhere), "absent"),
             ((*fly, "--path", self.work / "broken.csv", "-o", self.work / "never"), "broken.csv"),
             ((*fly, "--path", self.work / "empty.csv", "-o", self.work / "never"), "empty.csv"),
-            ((*fly, "--path", self.path, "-o", self.path), "path.csv"),
+            ((*fly, "--path", self.path, "-o", self.path), "is a file"),
+            ((*fly, "--path", self.path, "-o", nowhere / "f.mp4"), "there is no folder"),
             (("bench", self.database, "--path", self.path, "--size", "32x24", "--stats", nowhere), "absent"),
         ]
         for words, named in failures:
@@ -239,8 +344,11 @@ class Pictures:
             return
         for name in ("flight.mp4", "it's : odd.mp4"):
             out = self.work / name
-            self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "47x31", "-o", out)
+            odd = self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "47x31", "-o", out)
+            assert "47x31" in odd.stderr and "48x32" in odd.stderr, odd.stderr
             assert out.read_bytes()[4:8] == b"ftyp", f"{name} is no MP4"
+        even = self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "48x32", "-o", self.work / "LOUD.MP4")
+        assert not even.stderr and (self.work / "LOUD.MP4").read_bytes()[4:8] == b"ftyp", even.stderr
         self.run("fly", self.database, "--path", self.path, "--fps", 8, "--size", "48x32", "-o", self.work / "absent/f.mp4", status=1)
         assert not list(self.work.glob("*.part")), "a temporary file is left"
 

@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "app/frame_figures.h"
+#include "app/output_names.h"
+#include "app/progress.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "raster/image_file.h"
@@ -19,6 +21,34 @@ struct Arguments {
   std::string stats;
   double timeout_s = 120.0;
 };
+
+/// A wrong name would be found out after minutes, or not at all.
+void checkOutputs(const Arguments& a) {
+  if (endingOf(a.output) != ".png" && !isDevice(a.output)) {
+    wrongUse("render", fmt::format("-o '{}': the picture is a PNG; give it a name that ends in .png (and convert it "
+                                   "afterwards where another format is needed)",
+                                   a.output));
+  }
+  const auto apart = [](const char* option, const std::string& name, const char* other, const std::string& otherName) {
+    if (isSameFile(name, otherName))
+      wrongUse("render", fmt::format("{} and {} are the same file, '{}'; give each its own", option, other, name));
+  };
+  apart("-o", a.output, "--depth", a.depth);
+  apart("-o", a.output, "--stats", a.stats);
+  apart("--depth", a.depth, "--stats", a.stats);
+  apart("-o", a.output, "SCENE", a.picture.scene);
+  apart("--depth", a.depth, "SCENE", a.picture.scene);
+  apart("--stats", a.stats, "SCENE", a.picture.scene);
+}
+
+void warnOfGround(const scene::Globe& globe, const scene::View& view) {
+  const double below_m = depthBelowGround_m(globe, view);
+  if (below_m > 0.0)
+    fmt::print(stderr,
+               "tellurion render: warning: the eye is {:.1f} m below the ground at its place; raise the HEIGHT of "
+               "--camera to look at it from above\n",
+               below_m);
+}
 
 scene::View viewFor(const Arguments& arguments, const geo::Ellipsoid& ellipsoid) {
   return scene::viewOf(*scene::parseCamera(arguments.camera), ellipsoid, arguments.picture.verticalFov(),
@@ -38,13 +68,18 @@ io::Result<void> writeStats(const Arguments& arguments, Studio& studio, const sc
 }
 
 io::Result<std::vector<std::string>> render(const Arguments& arguments) {
+  checkOutputs(arguments);
   auto studio = openStudio(arguments.picture);
   if (!studio) return tl::unexpected(studio.error());
   scene::Globe& globe = *studio->globe;
   const scene::View view = viewFor(arguments, globe.body().ellipsoid);
-  const scene::Frame& frame =
-      settledFrame(globe, view, arguments.picture.cut(), std::chrono::duration<double>(arguments.timeout_s));
+  const InterruptStop interrupt;
+  const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cut(),
+                                           std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
+  if (interrupt.token().stop_requested())
+    return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
   warnOfBudget("render", frame);
+  warnOfGround(globe, view);
   studio->renderer.draw(frame, studio->target);
   if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());
   if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());
@@ -66,7 +101,7 @@ void addRender(CLI::App& program) {
           "pitch 0 at the horizon and -90 straight down")
       ->required()
       ->check(cameraProblem);
-  command->add_option("-o,--output", arguments->output, "The PNG to write")->required();
+  command->add_option("-o,--output", arguments->output, "The PNG to write; its name ends in .png")->required();
   command->add_option("--depth", arguments->depth,
                       "A float32 TIFF of metres from the eye to the surface, NaN for sky, to write too");
   command->add_option("--stats", arguments->stats, "A JSON file of figures to write too");
@@ -74,7 +109,8 @@ void addRender(CLI::App& program) {
       ->check(between(0.0, 1e6))
       ->capture_default_str();
   command->footer(
-      "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n\n"
+      "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n"
+      "An eye below the ground gives a picture and a warning. Ctrl-C or SIGTERM stops without a picture.\n\n"
       "Example: Everest from the south, once ./bootstrap demo has made the tile databases\n"
       "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png");
   command->callback([arguments] {

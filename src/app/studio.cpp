@@ -13,6 +13,7 @@ namespace tellurion::app {
 namespace {
 
 constexpr int kFailed = 1;
+constexpr int kWrongUse = 2;
 constexpr int kLargestSide = 16384;
 constexpr std::size_t kFailuresTold = 5;
 
@@ -31,6 +32,12 @@ std::string sizeProblem(const std::string& text) {
   return sizeFrom(text)
              ? ""
              : fmt::format("'{}' is not WIDTHxHEIGHT in pixels, like 1024x768, each 1 to {}", text, kLargestSide);
+}
+
+std::string sceneProblem(const std::string& text) {
+  return text.find("://") == std::string::npos
+             ? ""
+             : fmt::format("'{}': this version reads no online sources; copy the data here and name the files", text);
 }
 
 std::optional<std::array<float, 3>> colourFrom(const std::string& text) {
@@ -53,7 +60,8 @@ scene::Viewport PictureArguments::viewport() const {
 
 void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
   command.add_option("SCENE", arguments.scene, "A scene file, a tile database, a raster, or several joined by commas")
-      ->required();
+      ->required()
+      ->check(sceneProblem);
   command.add_option("--size", arguments.size, "WIDTHxHEIGHT of the picture in pixels")
       ->check(sizeProblem)
       ->capture_default_str();
@@ -134,10 +142,22 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
 
 void warnOfBudget(const char* command, const scene::Frame& frame) {
   if (!frame.statistics.cappedByBudget) return;
-  fmt::print(stderr,
-             "tellurion {}: warning: all {} tiles that a frame may have are spent, and the ground is up to {:.1f} pixels "
-             "off; raise --tolerance or make the picture smaller\n",
-             command, scene::CutOptions{}.maxTiles, frame.statistics.maxScreenError_px);
+  fmt::print(
+      stderr,
+      "tellurion {}: warning: all {} tiles that a frame may have are spent, and the ground is up to {:.1f} pixels "
+      "off; raise --tolerance or make the picture smaller\n",
+      command, scene::CutOptions{}.maxTiles, frame.statistics.maxScreenError_px);
+}
+
+double depthBelowGround_m(const scene::Globe& globe, const scene::View& view) {
+  const geo::Ellipsoid& ellipsoid = globe.body().ellipsoid;
+  const auto ground_m = globe.groundHeight_m(ellipsoid.directionFromBody(view.eye));
+  return ground_m ? std::max(0.0, *ground_m - scene::cameraOf(view, ellipsoid).position.height_m) : 0.0;
+}
+
+void wrongUse(const char* command, const std::string& message) {
+  fmt::print(stderr, "tellurion {}: {}\n", command, message);
+  throw CLI::RuntimeError(kWrongUse);
 }
 
 void failRun(const char* command, const std::string& message) {

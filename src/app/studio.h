@@ -60,7 +60,13 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
 /// Says on stderr how far off the picture is where the budget of tiles did not reach the tolerance.
 void warnOfBudget(const char* command, const scene::Frame& frame);
 
+/// How far the eye is below the loaded ground at its place, metres; 0 above it, or where no ground is loaded.
+double depthBelowGround_m(const scene::Globe& globe, const scene::View& view);
+
 /// Prints "tellurion COMMAND: MESSAGE" and ends the subcommand with status 1.
 [[noreturn]] void failRun(const char* command, const std::string& message);
+
+/// The same with status 2, for arguments that do not go together.
+[[noreturn]] void wrongUse(const char* command, const std::string& message);
 
 }  // namespace tellurion::app

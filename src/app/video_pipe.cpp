@@ -22,11 +22,14 @@ void VideoPipe::Close::operator()(std::FILE* pipe) const {
   pclose(pipe);
 }
 
+io::Result<void> VideoPipe::check(const std::filesystem::path& path) {
+  if (std::system("command -v ffmpeg >/dev/null 2>&1") == 0) return {};
+  return io::fail(io::Failure::Code::notFound,
+                  "an MP4 needs the program ffmpeg: apt-get install ffmpeg, or give a folder for PNGs", path.string());
+}
+
 io::Result<VideoPipe> VideoPipe::open(const std::filesystem::path& path, scene::Viewport size, double framesPerSecond) {
-  if (std::system("command -v ffmpeg >/dev/null 2>&1") != 0)
-    return io::fail(io::Failure::Code::notFound,
-                    "an MP4 needs the program ffmpeg: apt-get install ffmpeg, or give a folder for PNGs",
-                    path.string());
+  if (const auto there = check(path); !there) return tl::unexpected(there.error());
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early is a failure of write(), not our end
   // H.264 in 4:2:0 wants even sides; bit-exact so that the same frames give the same file.
   const std::string command = fmt::format(

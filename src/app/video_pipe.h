@@ -14,7 +14,8 @@ namespace tellurion::app {
 /// finish() has succeeded, not before. Move-only; one thread only. Linux and other POSIX systems.
 class VideoPipe {
  public:
-  /// A failure says what to install where there is no ffmpeg.
+  /// Whether there is an ffmpeg; the failure says what to install.
+  static io::Result<void> check(const std::filesystem::path& path);
   static io::Result<VideoPipe> open(const std::filesystem::path& path, scene::Viewport size, double framesPerSecond);
   ~VideoPipe();
   VideoPipe(VideoPipe&&) noexcept = default;
