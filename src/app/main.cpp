@@ -1,7 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "app/subcommands.h"
 
@@ -9,6 +14,41 @@ namespace {
 constexpr int kSuccess = 0;
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
+
+/// How many letters to add, take away or exchange to make one word of the other.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t corner = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t exchanged = corner + (a[i] == b[j] ? 0u : 1u);
+      corner = row[j + 1];
+      row[j + 1] = std::min({exchanged, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// CLI11 would only say that a subcommand is required.
+std::string subcommandProblem(const CLI::App& program, std::string_view word) {
+  constexpr std::size_t kFarthest = 2;
+  std::string names;
+  std::string nearest;
+  std::size_t least = kFarthest + 1;
+  for (const CLI::App* command : program.get_subcommands({})) {
+    const std::string& name = command->get_name();
+    if (name == word) return {};
+    names += (names.empty() ? "" : ", ") + name;
+    if (const std::size_t d = distance(word, name); d < least && d < name.size()) {
+      least = d;
+      nearest = name;
+    }
+  }
+  const std::string hint = nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+  return fmt::format("there is no subcommand '{}'{}\nThere are {}: tellurion SUBCOMMAND --help", word, hint, names);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -26,6 +66,12 @@ int main(int argc, char** argv) {
   tellurion::app::addBench(program);
   tellurion::app::addView(program);
   try {
+    const std::string_view first = argc > 1 ? argv[1] : "";
+    if (const std::string problem = subcommandProblem(program, first);
+        first.find_first_not_of('-') == 0 && !problem.empty()) {
+      fmt::print(stderr, "tellurion: {}\n", problem);
+      return kWrongUse;
+    }
     program.parse(argc, argv);
     return kSuccess;
   } catch (const CLI::RuntimeError& e) {

@@ -43,6 +43,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
+/// A number that a blank, a comma or the end follows; these stay.
 std::optional<double> takeNumber(std::string_view& text) {
   text = trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
@@ -50,13 +51,15 @@ std::optional<double> takeNumber(std::string_view& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{}) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  if (!text.empty() && !isBlank(text.front())) return std::nullopt;
+  if (!text.empty() && !isBlank(text.front()) && text.front() != ',') return std::nullopt;
   return value;
 }
 
-/// Exactly two numbers: a latitude within 90 degrees and a longitude within 720.
+/// Exactly two numbers, blanks or one comma between them: a latitude within 90 degrees and a longitude within 720.
 std::optional<LatLon> parseLine(std::string_view line) {
   const auto lat = takeNumber(line);
+  line = trimmed(line);
+  if (line.starts_with(',')) line.remove_prefix(1);
   const auto lon = lat ? takeNumber(line) : std::nullopt;
   if (!lon || !trimmed(line).empty()) return std::nullopt;
   if (!(std::abs(*lat) <= 90.0) || !(std::abs(*lon) <= 720.0)) return std::nullopt;
@@ -100,7 +103,8 @@ class Session {
     if (line.size() > kLongestLine) return complain(fmt::format("is longer than {} characters", kLongestLine));
     if (trimmed(line).empty()) return;
     const auto place = parseLine(line);
-    if (!place) return complain(fmt::format("'{}' is not 'LAT LON' in degrees", trimmed(line).substr(0, 60)));
+    if (!place)
+      return complain(fmt::format("'{}' is not 'LAT LON' or 'LAT,LON' in degrees", trimmed(line).substr(0, 60)));
     const auto answer = query_.at(geo::directionFromDegrees(place->lat, place->lon), arguments_.level);
     if (!answer) return complain(io::describe(answer.error()));
     arguments_.asJson ? printJson(*place, *answer) : printText(*answer);
@@ -187,7 +191,8 @@ void addQuery(CLI::App& program) {
   command->add_flag("--normals", arguments->normals, "Also the surface's unit normal: east, north, up");
   command->add_flag("--json", arguments->asJson, "A JSON object a line");
   command->footer(
-      "Reads 'LAT LON' lines (degrees) on standard input and prints the height in metres of each on a line, 'nan' "
+      "Reads 'LAT LON' or 'LAT,LON' lines (degrees) on standard input and prints the height in metres of each on a "
+      "line, 'nan' "
       "where there\n"
       "is no data. Blank lines are skipped. A line that is not a place prints 'error', is named on standard error, and "
       "makes\n"

@@ -129,26 +129,38 @@ class SceneReader {
     return *scheme;
   }
 
-  std::string source(const toml::table& layer) const {
+  std::string source(const toml::table& layer, std::string_view kind) const {
     const toml::node* node = layer.get("source");
     if (node == nullptr) complain(layer.source(), "the layer has no source");
     const std::string text = string(*node, "source");
+    if (text.find("://") != std::string::npos) {
+      complain(node->source(),
+               fmt::format("{}: this version reads no online sources; copy the data here and name the file", text),
+               Code::unsupported);
+    }
     const fs::path path = fs::path(text).is_absolute() ? fs::path(text) : folder_ / text;
     std::error_code error;
-    if (!fs::exists(path, error)) {
-      complain(node->source(), fmt::format("there is no file {}", path.string()), Code::notFound);
-    }
+    if (!fs::exists(path, error)) complain(node->source(), absence(path, kind), Code::notFound);
     return path.string();
+  }
+
+  std::string absence(const fs::path& path, std::string_view kind) const {
+    std::string text = fmt::format("there is no file {}", path.string());
+    if (path.extension() != ".tdb") return text;
+    text += fmt::format("; build it: tellurion build {} INPUT... --kind {}", path.string(), kind);
+    std::error_code error;
+    if (fs::exists(folder_ / "demo.sh", error)) text += "; or './bootstrap demo' makes all that the demo's scenes need";
+    return text;
   }
 
   ElevationLayer elevation(const toml::table& layer) const {
     allow(layer, {"source"});
-    return {.source = source(layer)};
+    return {.source = source(layer, "elevation")};
   }
 
   ImageryLayer imagery(const toml::table& layer) const {
     allow(layer, {"source", "opacity", "role"});
-    ImageryLayer out{.source = source(layer), .opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0)};
+    ImageryLayer out{.source = source(layer, "imagery"), .opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0)};
     if (const toml::node* node = layer.get("role")) {
       const std::string role = string(*node, "role");
       if (role != "colour" && role != "night_lights") {
