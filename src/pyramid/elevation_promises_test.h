@@ -11,7 +11,7 @@ void expectEdgesShared(const PyramidReader& reader);
 void expectDecimated(const PyramidReader& reader);
 
 /// By brute force: no sample of any descendant is further from a tile's bilinear surface than its error says; errors
-/// and ranges never grow downwards. Records the worst ratio of stated to measured error.
+/// and ranges never grow downwards. Prints the worst ratio of stated to measured error.
 void expectErrorsBound(const PyramidReader& reader);
 
 }  // namespace tellurion::pyramid::testing

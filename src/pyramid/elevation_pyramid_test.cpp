@@ -72,6 +72,15 @@ TEST_P(ElevationPyramid, GlobeKeepsEveryPromise) {
   expectErrorsBound(*reader);
 }
 
+TEST_P(ElevationPyramid, TheEarthKeepsEveryPromise) {
+  const auto reader = builtPyramid(options({TELLURION_SOURCE_DIR "/data/earth/etopo5_dem_10min.tif"}));
+  ASSERT_NE(reader, nullptr);
+  expectSound(folder_ / "out.tdb");
+  expectEdgesShared(*reader);
+  expectDecimated(*reader);
+  expectErrorsBound(*reader);
+}
+
 TEST_P(ElevationPyramid, InputsOfDifferentDepthKeepEveryPromise) {
   const auto reader = builtPyramid(options({globe(), patch()}));
   ASSERT_NE(reader, nullptr);
