@@ -106,12 +106,22 @@ std::string commandToGoOn(const TileDatabase& part) {
 }
 
 io::Failure unfinished(const TileDatabase& database) {
+  const std::string& path = database.connection().path();
+  if (!path.ends_with(kPart)) {
+    return {
+        .code = Code::invalidArgument,
+        .message = fmt::format("is not finished: a build works in OUT.tdb.part, and this file was renamed; rename it "
+                               "back to {}.part, then '{}', with --max-level and --nodata as they were given then, "
+                               "goes on with it",
+                               path, commandToGoOn(database)),
+        .where = path};
+  }
   const auto tiles = database.connection().integer("SELECT count(*) FROM tiles");
   return {.code = Code::invalidArgument,
           .message = fmt::format("is an unfinished build, {} tiles so far; '{}', with --max-level and --nodata as they "
                                  "were given then, goes on with it",
                                  tiles ? *tiles : 0, commandToGoOn(database)),
-          .where = database.connection().path()};
+          .where = path};
 }
 
 }  // namespace tellurion::pyramid

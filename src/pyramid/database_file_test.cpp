@@ -65,6 +65,20 @@ TEST_F(DatabaseFile, AnUnfinishedAppendNamesOnlyWhatIsAppended) {
   EXPECT_FALSE(has(part, "below.tif")) << part;
 }
 
+TEST_F(DatabaseFile, AnUnfinishedBuildUnderTheFinalNameIsNotTakenForFinished) {
+  raster("a.tif", 90);
+  const BuildOptions build = options("a.tif");
+  interrupt(build);
+  fs::rename(folder_ / "out.tdb.part", folder_ / "out.tdb");
+  const std::string opened = complaint(PyramidReader::open(folder_ / "out.tdb"));
+  EXPECT_TRUE(has(opened, "rename it back to")) << opened;
+  const auto again = buildPyramid(build);
+  ASSERT_FALSE(again.has_value());
+  EXPECT_TRUE(has(again.error().message, "rename it back to")) << again.error().message;
+  fs::rename(folder_ / "out.tdb", folder_ / "out.tdb.part");
+  EXPECT_TRUE(buildPyramid(build)->resumed);
+}
+
 TEST_F(DatabaseFile, FoldersAreCalledSo) {
   fs::create_directory(folder_ / "out.tdb");
   EXPECT_TRUE(has(complaint(PyramidReader::open(folder_ / "out.tdb")), "is a folder"));

@@ -48,6 +48,7 @@ io::Result<std::optional<DatabaseMeta>> finishedAt(const fs::path& output) {
   if (!fs::exists(output, error)) return std::optional<DatabaseMeta>{};
   const auto database = TileDatabase::open(output, Connection::Mode::read);
   if (!database) return tl::unexpected(database.error());
+  if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   return std::optional(database->meta());
 }
 
@@ -222,6 +223,7 @@ io::Result<std::string> keyOfBuild(const BuildOptions& options) {
 io::Result<BuildReport> buildPyramid(const BuildOptions& options, const ProgressSink& progress, std::stop_token stop) {
   if (auto ok = checkOutputName(options.output); !ok) return tl::unexpected(ok.error());
   const auto existing = finishedAt(options.output);
+  if (!existing && existing.error().code == Code::invalidArgument) return tl::unexpected(existing.error());
   if (!existing) {
     io::Failure failure = existing.error();
     failure.message += "; it is in the way of the build: remove it or choose another name";
