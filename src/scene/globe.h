@@ -65,8 +65,8 @@ class Globe {
   /// has, or nothing is on its way.
   bool waitForArrivals(std::chrono::milliseconds timeout);
 
-  /// Height in metres above the ellipsoid of the finest loaded ground there, bilinear between its samples (0 where
-  /// there are no data); nothing when not even the root tile is loaded.
+  /// Height in metres above the ellipsoid of the finest loaded ground there, bilinear between its samples (where
+  /// there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
   std::optional<double> groundHeight_m(const geo::Direction& d) const;
 
   /// What could not be loaded since the globe was opened, each once. The ground is drawn from coarser data there.

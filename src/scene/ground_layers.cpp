@@ -172,17 +172,6 @@ void widen(HeightRange& range, const raster::HeightStatistics& s) {
   range.high_m = std::max(range.high_m, std::min(high, kWildestHeight_m));
 }
 
-HeightRange rangeOf(const GroundSamples& heights) {
-  HeightRange range{.low_m = static_cast<double>(heights.at(1, 1)), .high_m = static_cast<double>(heights.at(1, 1))};
-  for (int row = 1; row < heights.height - 1; ++row) {
-    const auto inner = heights.row(row).subspan(1, static_cast<std::size_t>(heights.width - 2));
-    const auto [low, high] = std::minmax_element(inner.begin(), inner.end());
-    range.low_m = std::min(range.low_m, static_cast<double>(*low));
-    range.high_m = std::max(range.high_m, static_cast<double>(*high));
-  }
-  return range;
-}
-
 /// What a layer's own tile adds to what is known of the tile and its children.
 void addFacts(ComposedGround& ground, const raster::SourceTile& tile) {
   widen(ground.range, tile.statistics);
@@ -193,7 +182,7 @@ void addFacts(ComposedGround& ground, const raster::SourceTile& tile) {
   if (tile.childMask != 0 && std::isfinite(error)) ground.error_m = std::max(ground.error_m, error);
 }
 
-/// A sample of a tile out of its parent's composed ground, which has no gaps: its own, or half-way between them.
+/// A sample of a tile out of its parent's composed ground: its own, or half-way between them.
 float betweenParents(const GroundSamples& parent, const tiling::TileId& id, int cells, int col, int row) {
   const int twiceCol = static_cast<int>(id.x & 1u) * cells + col + 2;
   const int twiceRow = static_cast<int>(id.y & 1u) * cells + row + 2;
@@ -205,58 +194,113 @@ float betweenParents(const GroundSamples& parent, const tiling::TileId& id, int 
 
 using Samplers = std::vector<std::unique_ptr<LayerSampler>>;
 
+/// The height of the uppermost layer that has data.
 float composedAt(const Samplers& samplers, int col, int row) {
   for (auto top = samplers.rbegin(); top != samplers.rend(); ++top) {
     const float height_m = (*top)->at(col, row);
     if (!raster::isNoData(height_m)) return height_m;
   }
-  return 0.0f;
+  return raster::kNoData;
 }
 
-/// Whether, in a tile with children, something else than this layer's ground may come through, here or below.
-bool hasGaps(const raster::SourceTile& tile) {
-  if (tile.childMask == 0) return false;
-  const auto& samples = std::get<raster::ElevationTile>(tile.payload).samples;
-  for (int row = 1; row < samples.height - 1; ++row) {
-    for (int col = 1; col < samples.width - 1; ++col) {
-      if (raster::isNoData(believed(samples.at(col, row)))) return true;
-    }
-  }
-  return tile.childMask != 15;
-}
-
-/// Lowest and highest of all that may come through gaps: every layer's own samples, and the bare ellipsoid.
-HeightRange rangeOfAll(const Samplers& samplers, int cells) {
-  HeightRange range;
-  for (const auto& sampler : samplers) {
-    for (int row = 0; row <= cells; ++row) {
-      for (int col = 0; col <= cells; ++col) {
-        const float height_m = sampler->at(col, row);
-        if (raster::isNoData(height_m)) continue;
-        range.low_m = std::min(range.low_m, static_cast<double>(height_m));
-        range.high_m = std::max(range.high_m, static_cast<double>(height_m));
-      }
-    }
-  }
-  return range;
+void unite(HeightRange& range, double height_m) {
+  range = {.low_m = std::min(range.low_m, height_m), .high_m = std::max(range.high_m, height_m)};
 }
 
 void unite(HeightRange& range, const HeightRange& other) {
-  range = {.low_m = std::min(range.low_m, other.low_m), .high_m = std::max(range.high_m, other.high_m)};
+  unite(range, other.low_m);
+  unite(range, other.high_m);
+}
+
+/// A quarter of a tile: samples firstCol..firstCol + half, likewise rows.
+struct Quarter {
+  std::size_t quadrant = 0;
+  int firstCol = 0;
+  int firstRow = 0;
+  int half = 0;
+};
+
+Quarter quarterOf(int quadrant, int cells) {
+  const int half = cells / 2;
+  return {.quadrant = static_cast<std::size_t>(quadrant),
+          .firstCol = (quadrant & 1) * half,
+          .firstRow = (quadrant >> 1) * half,
+          .half = half};
+}
+
+template <class Visit>
+void forEachSample(const Quarter& q, const Visit& visit) {
+  for (int row = q.firstRow; row <= q.firstRow + q.half; ++row) {
+    for (int col = q.firstCol; col <= q.firstCol + q.half; ++col)
+      visit(col, row);
+  }
+}
+
+bool hasChild(const LayerSampler& sampler, const Quarter& q) {
+  return sampler.ownTile() != nullptr && ((sampler.ownTile()->childMask >> q.quadrant) & 1) != 0;
+}
+
+/// The mean of what has data next to a sample without, if anything has. On an edge only what lies on it counts, which
+/// both tiles there know; samples of the parent, and gutters, have NODATA and take the parent's.
+float besideGap(const Samplers& samplers, int cells, int level, int col, int row) {
+  const auto edge = [&](int i) { return i == 0 || i == cells; };
+  if (col < 0 || row < 0 || col > cells || row > cells || (edge(col) && edge(row))) return raster::kNoData;
+  if (level > 0 && col % 2 == 0 && row % 2 == 0) return raster::kNoData;
+  double sum = 0.0;
+  int count = 0;
+  // A sum of two is the same whichever way an edge runs.
+  const auto add = [&](int c, int r) {
+    const float height_m = composedAt(samplers, c, r);
+    if (raster::isNoData(height_m)) return;
+    sum += static_cast<double>(height_m);
+    ++count;
+  };
+  if (!edge(row)) {
+    add(col, row - 1);
+    add(col, row + 1);
+  }
+  if (!edge(col)) {
+    add(col - 1, row);
+    add(col + 1, row);
+  }
+  return count > 0 ? static_cast<float>(sum / count) : raster::kNoData;
+}
+
+/// Whether something else than at this level's samples may come through where layers have gaps in a quarter, on the
+/// deeper levels that some layer has there. From the top down to the first layer without a gap.
+bool hasGaps(const Samplers& samplers, const Quarter& q) {
+  const bool finer =
+      std::any_of(samplers.begin(), samplers.end(), [&](const auto& sampler) { return hasChild(*sampler, q); });
+  for (auto top = samplers.rbegin(); finer && top != samplers.rend(); ++top) {
+    bool some = false;
+    bool all = true;
+    forEachSample(q, [&](int col, int row) {
+      const bool hasData = !raster::isNoData((*top)->at(col, row));
+      some = some || hasData;
+      all = all && hasData;
+    });
+    if (all) return false;
+    if (some || hasChild(**top, q)) return true;
+  }
+  return false;
 }
 
 /// The sources' errors are of their own data alone. Where a layer has gaps, deeper tiles may move its border by as much
-/// as a cell: the ground there is off by up to the whole height from one side of it to the other.
+/// as a cell: the ground of that quarter is off by up to the whole height from one side of it to the other.
 void addGaps(ComposedGround& ground, const Samplers& samplers, int cells) {
-  const bool gaps = std::any_of(samplers.begin(), samplers.end(), [](const auto& sampler) {
-    return sampler->ownTile() != nullptr && hasGaps(*sampler->ownTile());
-  });
-  if (!gaps) return;
-  const HeightRange all = rangeOfAll(samplers, cells);
-  unite(ground.range, all);
-  for (HeightRange& child : ground.childRange)
-    unite(child, all);
-  ground.error_m = std::max(ground.error_m, ground.range.high_m - ground.range.low_m);
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    const Quarter q = quarterOf(quadrant, cells);
+    if (!hasGaps(samplers, q)) continue;
+    HeightRange& range = ground.childRange[q.quadrant];
+    for (const auto& sampler : samplers) {
+      forEachSample(q, [&](int col, int row) {
+        const float height_m = sampler->at(col, row);
+        if (!raster::isNoData(height_m)) unite(range, static_cast<double>(height_m));
+      });
+    }
+    unite(ground.range, range);
+    ground.error_m = std::max(ground.error_m, range.high_m - range.low_m);
+  }
 }
 
 }  // namespace
@@ -271,8 +315,27 @@ int GroundLayers::storedLevel(const tiling::TileId& id) const {
   return level;
 }
 
+float GroundLayers::farHeight_m() const {
+  std::call_once(far_->known, [&] {
+    bool any = false;
+    HeightRange range{.low_m = kWildestHeight_m, .high_m = -kWildestHeight_m};
+    for (const auto& layer : layers_) {
+      for (int root = 0; root < tiling_.rootCount(); ++root) {
+        const auto tile = layer->get({.level = 0, .root = static_cast<std::uint8_t>(root)});
+        if (!tile || !(tile->statistics.min_m <= tile->statistics.max_m)) continue;
+        range.low_m = std::min(range.low_m, static_cast<double>(tile->statistics.min_m));
+        range.high_m = std::max(range.high_m, static_cast<double>(tile->statistics.max_m));
+        any = true;
+      }
+    }
+    if (any && range.low_m > 0.0) far_->height_m = static_cast<float>(std::min(range.low_m, kWildestHeight_m));
+    if (any && range.high_m < 0.0) far_->height_m = static_cast<float>(std::max(range.high_m, -kWildestHeight_m));
+  });
+  return far_->height_m;
+}
+
 ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSamples* parent) const {
-  ComposedGround ground{.heights = GroundSamples(cells_ + 3, cells_ + 3, 0.0f)};
+  ComposedGround ground{.heights = GroundSamples(cells_ + 3, cells_ + 3, farHeight_m())};
   const Touching others = touching(tiling_, id);
   const StoredLevels levels(id, others, cells_, [&](const tiling::TileId& t) { return storedLevel(t); });
   ground.level = levels.own();
@@ -285,16 +348,28 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   for (int row = -1; levels.own() >= 0 && row <= cells_ + 1; ++row) {
     for (int col = -1; col <= cells_ + 1; ++col) {
       const bool isOwn = id.level == 0 || levels.at(col, row) == id.level;
-      if (!isOwn && parent == nullptr) {
-        made = compose(id.parent(), nullptr).heights;
-        parent = &made;
+      float height_m = isOwn ? composedAt(samplers, col, row) : raster::kNoData;
+      if (isOwn && raster::isNoData(height_m)) height_m = besideGap(samplers, cells_, id.level, col, row);
+      if (raster::isNoData(height_m)) {
+        if (id.level == 0) continue;
+        if (parent == nullptr) {
+          made = compose(id.parent(), nullptr).heights;
+          parent = &made;
+        }
+        height_m = betweenParents(*parent, id, cells_, col, row);
       }
-      ground.heights.at(col + 1, row + 1) =
-          isOwn ? composedAt(samplers, col, row) : betweenParents(*parent, id, cells_, col, row);
+      ground.heights.at(col + 1, row + 1) = height_m;
     }
   }
-  ground.range = rangeOf(ground.heights);
-  ground.childRange.fill(ground.range);
+  for (int quadrant = 0; quadrant < 4; ++quadrant) {
+    const Quarter q = quarterOf(quadrant, cells_);
+    const auto first = static_cast<double>(ground.heights.at(q.firstCol + 1, q.firstRow + 1));
+    HeightRange& range = ground.childRange[q.quadrant];
+    range = {.low_m = first, .high_m = first};
+    forEachSample(q, [&](int col, int row) { unite(range, static_cast<double>(ground.heights.at(col + 1, row + 1))); });
+    if (quadrant == 0) ground.range = range;
+    unite(ground.range, range);
+  }
   for (const auto& sampler : samplers) {
     if (sampler->ownTile() != nullptr) addFacts(ground, *sampler->ownTile());
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "scene/layer_tiles.h"
@@ -17,7 +18,7 @@ struct HeightRange {
 
 /// The ground of one tile, composed of all elevation layers.
 struct ComposedGround {
-  GroundSamples heights;                  ///< all finite: 0 where no layer has data
+  GroundSamples heights;                  ///< all finite, see GroundLayers for where no layer has data
   HeightRange range;                      ///< of this tile's ground and of all below it
   std::array<HeightRange, 4> childRange;  ///< the same of its children
   /// What this tile misses of the finest ground below: what the layers' sources say, or, where a layer that has deeper
@@ -32,9 +33,12 @@ struct ComposedGround {
 /// or a corner are not all stored, the samples there are taken from the deepest level at which all are, so neighbours
 /// agree bit for bit.
 ///
-/// Down to the deepest level that any layer has stored, layers are laid over each other sample by sample, and 0 where
-/// none has data. Deeper, the ground is bilinear between the samples composed there: it has no gaps, so the step at the
-/// border of data is a slope as wide as one cell of that level, and no deeper level changes the surface.
+/// Down to the deepest level that any layer has stored, layers are laid over each other sample by sample. A sample
+/// where none has data takes the mean of what has, next to it on its level; failing that it lies between what was
+/// composed one level up, and so on up to level 0, where it has the height nearest to the ellipsoid that the layers
+/// have anywhere. So a void is filled from its rim, and the ground beyond the border of data falls away over a distance
+/// like the data's own size. Samples of parents are samples of their children also there. Deeper than what is stored,
+/// the ground is bilinear between the samples composed there, so no deeper level changes the surface.
 class GroundLayers {
  public:
   GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells);
@@ -45,10 +49,16 @@ class GroundLayers {
 
  private:
   int storedLevel(const tiling::TileId& id) const;
+  float farHeight_m() const;
 
   tiling::Tiling tiling_;
   std::vector<std::shared_ptr<LayerTiles>> layers_;
   int cells_;
+  struct FarHeight {
+    std::once_flag known;
+    float height_m = 0.0f;
+  };
+  std::shared_ptr<FarHeight> far_ = std::make_shared<FarHeight>();
 };
 
 }  // namespace tellurion::scene

@@ -1,5 +1,7 @@
 #include "scene/layer_tiles.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -86,7 +88,15 @@ LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
     ledger_->add(std::move(loaded.error()));
     return nullptr;
   }
-  if (!*loaded) return nullptr;
+  if (!*loaded) {
+    if (parentLists(id)) {
+      ledger_->add({.code = io::Failure::Code::corrupt,
+                    .message = fmt::format("tile {}/{}/{}/{} is missing though its parent lists it; build it again",
+                                           id.level, id.root, id.x, id.y),
+                    .where = info().name});
+    }
+    return nullptr;
+  }
   if (!fits(**loaded, info())) {
     ledger_->add({.code = io::Failure::Code::corrupt,
                   .message = "a tile is not of the size and kind that its source states",
@@ -94,6 +104,13 @@ LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
     return nullptr;
   }
   return std::make_shared<const raster::SourceTile>(std::move(**loaded));
+}
+
+bool LayerTiles::parentLists(const tiling::TileId& id) const {
+  if (id.level == 0) return false;
+  const std::lock_guard lock(mutex_);
+  const auto parent = known_.find(id.parent());
+  return parent != known_.end() && parent->second.stored && ((parent->second.childMask >> id.quadrant()) & 1) != 0;
 }
 
 void LayerTiles::forget() {

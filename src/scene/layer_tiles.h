@@ -38,7 +38,8 @@ class LayerTiles {
              std::shared_ptr<LoadLedger> ledger);
 
   const raster::TileSourceInfo& info() const { return source_->info(); }
-  /// Null: there is no such tile, or it could not be loaded (which the ledger is told once).
+  /// Null: there is no such tile, or it could not be loaded, or is missing though its parent lists it (which the ledger
+  /// is told once).
   TilePointer get(const tiling::TileId& id);
   /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
   /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
@@ -61,6 +62,8 @@ class LayerTiles {
   };
   Known know(const tiling::TileId& id);
   TilePointer load(const tiling::TileId& id);
+  /// As far as is known: a parent that is neither kept nor known any more lists nothing.
+  bool parentLists(const tiling::TileId& id) const;
   void trim();
   void forget();
 

@@ -65,5 +65,22 @@ TEST(LayerTiles, aFailureIsToldOnceAndNotTriedAgain) {
   EXPECT_EQ(o.tiles.storedLevel(tile(1, 1)), 4);
 }
 
+TEST(LayerTiles, aTileThatItsParentListsMustBeThere) {
+  Opened o(1u << 20);
+  const TileId gone = tile(1, 1);
+  // The parent is read while all is well, and lists it.
+  ASSERT_TRUE(o.tiles.get(gone.parent()));
+  o.source->stored = [&](const TileId& id) { return !id.isDescendantOf(gone); };
+  EXPECT_FALSE(o.tiles.get(gone));
+  const auto failures = o.ledger->takeFailures();
+  ASSERT_EQ(failures.size(), 1u);
+  EXPECT_NE(failures[0].message.find("tile 5/2/1/1 is missing"), std::string::npos) << failures[0].message;
+  // One that nobody lists is just not there.
+  ASSERT_TRUE(o.tiles.get(tile(5, 5).parent()));
+  const TileId none = tile(5, 5).child(0).child(0);
+  EXPECT_FALSE(o.tiles.get(none));
+  EXPECT_TRUE(o.ledger->takeFailures().empty());
+}
+
 }  // namespace
 }  // namespace tellurion::scene

@@ -55,6 +55,8 @@ class ProceduralSource final : public raster::TileSource {
   Stored stored;  ///< closed under parents; levels beyond maxLevel are never asked
   Height height;
   double heightBound_m = 4000.0;
+  /// Lowest and highest, which tiles state of themselves and of all below; otherwise of their own samples.
+  std::optional<std::pair<double, double>> heightRange_m;
   std::set<tiling::TileId> failing;
   std::function<void(const tiling::TileId&)> delay;
 
@@ -103,6 +105,10 @@ class ProceduralSource final : public raster::TileSource {
         tile.statistics.min_m = std::min(tile.statistics.min_m, h);
         tile.statistics.max_m = std::max(tile.statistics.max_m, h);
       }
+    }
+    if (heightRange_m) {
+      tile.statistics.min_m = static_cast<float>(heightRange_m->first);
+      tile.statistics.max_m = static_cast<float>(heightRange_m->second);
     }
     const auto bound = static_cast<float>(heightBound_m);
     if (tile.childMask != 0) tile.statistics.error_m = 2.0f * bound / static_cast<float>(1u << (2 * id.level));
