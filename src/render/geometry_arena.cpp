@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(scene::TerrainVertex);
 constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
-constexpr std::uint32_t kFirstUnits = 1u << 17u;  // 4 MiB of vertices
-constexpr double kVertexShare = 0.66;             // of a tile's geometry: a regular grid has 101 KB and 49 KB
+constexpr std::uint32_t kFirstUnits = 1u << 17u;  // 5 MiB of vertices
+constexpr double kVertexShare = 0.7;              // of a tile's geometry
 
 void describeVertices(GLuint vao) {
   using V = scene::TerrainVertex;
@@ -20,10 +20,16 @@ void describeVertices(GLuint vao) {
   glEnableVertexArrayAttrib(vao, 1);
   glVertexArrayAttribFormat(vao, 1, 3, GL_SHORT, GL_TRUE, offsetof(V, up_body));
   glEnableVertexArrayAttrib(vao, 2);
-  glVertexArrayAttribFormat(vao, 2, 2, GL_UNSIGNED_SHORT, GL_TRUE, offsetof(V, s));
+  glVertexArrayAttribFormat(vao, 2, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, s));
   glEnableVertexArrayAttrib(vao, 9);
   glVertexArrayAttribFormat(vao, 9, 3, GL_SHORT, GL_FALSE, offsetof(V, fine_tile));
-  for (const GLuint attribute : {0u, 1u, 2u, 9u})
+  glEnableVertexArrayAttrib(vao, 10);
+  glVertexArrayAttribFormat(vao, 10, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, t));
+  glEnableVertexArrayAttrib(vao, 11);
+  glVertexArrayAttribFormat(vao, 11, 4, GL_SHORT, GL_FALSE, offsetof(V, toParent));
+  glEnableVertexArrayAttrib(vao, 12);
+  glVertexArrayAttribFormat(vao, 12, 1, GL_FLOAT, GL_FALSE, offsetof(V, height_m));
+  for (const GLuint attribute : {0u, 1u, 2u, 9u, 10u, 11u, 12u})
     glVertexArrayAttribBinding(vao, attribute, 0);
 }
 

@@ -30,7 +30,7 @@ struct FrameBlock {
   geo::Vec4f projection;
   geo::Vec4f eyeRemainder;
   geo::Vec4f toSun_body;
-  geo::Vec4f lightSwitch;
+  geo::Vec4f switches;
 };
 static_assert(sizeof(FrameBlock) == 128);
 
@@ -43,7 +43,7 @@ FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
           .projection = {static_cast<float>(xScale), static_cast<float>(yScale), kNearPlane_m, 0.0f},
           .eyeRemainder = geo::Vec4f(eye.remainder, static_cast<float>(frame.vertexGrid_m)),
           .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
-          .lightSwitch = {frame.light.enabled ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f}};
+          .switches = {frame.light.enabled ? 1.0f : 0.0f, static_cast<float>(frame.exaggeration - 1.0), 0.0f, 0.0f}};
 }
 
 Buffer emptyBuffer() {
@@ -67,7 +67,8 @@ void describeRecords(GLuint vao, GLuint buffer) {
   constexpr std::array kFields{
       Field{3, 3, offsetof(TileRecord, originCoarse_rte)}, Field{4, 3, offsetof(TileRecord, originFine_rte)},
       Field{5, 4, offsetof(TileRecord, colourWindow)}, Field{6, 4, offsetof(TileRecord, reliefWindow)},
-      Field{7, 4, offsetof(TileRecord, plain)}};
+      Field{7, 4, offsetof(TileRecord, plain)}, Field{13, 4, offsetof(TileRecord, morph)},
+      Field{14, 1, offsetof(TileRecord, parentStep_m)}};
   constexpr GLuint kLayers = 8;
   for (const Field& field : kFields) {
     glEnableVertexArrayAttrib(vao, field.attribute);

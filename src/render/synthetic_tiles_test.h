@@ -64,9 +64,9 @@ class GridMesh {
     const auto signedShort = [](double v) { return static_cast<std::int16_t>(std::lround(v * 32767.0)); };
     scene::TerrainVertex v;
     v.position_tile = geo::Vec3f(offset);
-    v.up_body = {signedShort(up.n.x), signedShort(up.n.y), signedShort(up.n.z), 0};
-    v.s = static_cast<std::uint16_t>(std::lround(s * 65535.0));
-    v.t = static_cast<std::uint16_t>(std::lround(t * 65535.0));
+    v.up_body = {signedShort(up.n.x), signedShort(up.n.y), signedShort(up.n.z)};
+    v.s = static_cast<std::uint16_t>(std::lround(s * scene::kPlaceUnits));
+    v.t = static_cast<std::uint16_t>(std::lround(t * scene::kPlaceUnits));
     return v;
   }
 

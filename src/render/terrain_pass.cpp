@@ -78,6 +78,8 @@ TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye) {
           .colourWindow = packed(tile.tile->colourWindow),
           .reliefWindow = packed(tile.tile->reliefWindow),
           .plain = plainColour(tile),
+          .morph = {tile.tile->morph[0], tile.tile->morph[1], tile.tile->morph[2], tile.tile->morph[3]},
+          .parentStep_m = tile.tile->mesh->parentStep_m,
           .colourLayer = layerOf(tile.colour),
           .reliefLayer = layerOf(tile.relief)};
 }

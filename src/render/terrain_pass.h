@@ -10,17 +10,19 @@
 
 namespace tellurion::render {
 
-/// What a tile's vertices read, one record an instance: the attributes 3 to 8 of terrain.vert.glsl.
+/// What a tile's vertices read, one record an instance: the attributes 3 to 8, 13 and 14 of terrain.vert.glsl.
 struct TileRecord {
   geo::Vec3f originCoarse_rte;
   geo::Vec3f originFine_rte;
   geo::Vec4f colourWindow;
   geo::Vec4f reliefWindow;
   geo::Vec4f plain;
+  geo::Vec4f morph;  ///< scene::DrawnTile::morph
+  float parentStep_m = 0.0f;
   std::int32_t colourLayer = -1;
   std::int32_t reliefLayer = -1;
 };
-static_assert(sizeof(TileRecord) == 80);
+static_assert(sizeof(TileRecord) == 100);
 
 /// As glMultiDrawElementsIndirect reads it.
 struct DrawCommand {

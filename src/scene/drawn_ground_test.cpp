@@ -62,7 +62,7 @@ TEST_P(DrawnGround, IsTheHeightOfTheTrianglesAtEveryPlaceOfTheTile) {
       const auto height = drawnHeight_m(drawing.frame, tiling, ellipsoid, place);
       ASSERT_TRUE(height) << s << " " << t;
       EXPECT_NEAR(*height, slope_m(s, t), drawing.error_m + 0.1)
-          << "vertices lie within a unit of 1 / 65535 of the tile";
+          << "vertices lie within a unit of 1 / 32768 of the tile";
     }
   }
 }

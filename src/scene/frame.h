@@ -11,17 +11,23 @@
 
 namespace tellurion::scene {
 
-/// 32 bytes, as the vertex shader reads it. Its place is exact: origin + position_tile + fine_tile *
+/// Tile-local places of vertices run from 0 to this. A power of two, so that shares of it are exact.
+inline constexpr int kPlaceUnits = 32768;
+
+/// 40 bytes, as the vertex shader reads it. Its place is exact: origin + position_tile + fine_tile *
 /// Frame::vertexGrid_m, all multiples of that grid, so tiles that share a vertex, whatever their levels, have the same
-/// bits in body coordinates.
+/// bits in body coordinates. `toParent` leads from there to the surface that the parent's mesh draws at the same (s, t);
+/// it too is the same in all tiles of the level that share the vertex. See drawn_vertex.h for what is drawn.
 struct TerrainVertex {
   geo::Vec3f position_tile;               ///< metres from the mesh's origin, body axes
-  std::array<std::int16_t, 4> up_body{};  ///< the ellipsoid's normal, signed normalised 16 bit; the fourth is padding
-  std::uint16_t s = 0;                    ///< tile-local place, 0..65535 for 0..1
+  std::array<std::int16_t, 3> up_body{};  ///< the ellipsoid's normal, signed normalised 16 bit
+  std::uint16_t s = 0;                    ///< tile-local place, 0..kPlaceUnits for 0..1
+  std::array<std::int16_t, 3> fine_tile{};  ///< what single precision lost, in steps of the grid
   std::uint16_t t = 0;
-  std::array<std::int16_t, 4> fine_tile{};  ///< what single precision lost, in steps of the grid; the fourth is padding
+  std::array<std::int16_t, 4> toParent{};  ///< x, y, z in body axes, and the difference in height; in parentStep_m
+  float height_m = 0.0f;                   ///< above the ellipsoid
 };
-static_assert(sizeof(TerrainVertex) == 32);
+static_assert(sizeof(TerrainVertex) == 40);
 
 struct IndexRange {
   std::uint32_t first = 0;
@@ -35,6 +41,7 @@ struct TerrainMesh {
   std::uint64_t serial = 0;  ///< unique in the process; what GPU copies are keyed by
   geo::BodyPosition
       origin;  ///< on the displaced ground near the tile's centre, a multiple of 2^-10 m and of the vertex grid
+  float parentStep_m = 0.0f;  ///< the unit of TerrainVertex::toParent: a power of two, of the level alone
   std::vector<TerrainVertex> vertices;
   std::vector<std::uint16_t> indices;
   IndexRange interior;
@@ -59,6 +66,9 @@ struct DrawnTile {
   tiling::TileId id;
   std::shared_ptr<const TerrainMesh> mesh;
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
+  /// How far the tile has left its parent's surface at its corners, quadrants' order: 0 it is that, 1 it is its own.
+  /// Between them bilinear. Tiles of a level that share a corner have the same number there.
+  std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};
   /// Colour, (size + 2)^2 with a gutter: rgb is sRGB, a the strength of night lights. May be null: plain ground.
   std::shared_ptr<const TextureImage> colour;
   TextureWindow colourWindow;
@@ -95,6 +105,7 @@ struct Frame {
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
   bool complete = false;          ///< nothing finer is wanted: all has come, and the budget of tiles was enough
+  double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;
 };

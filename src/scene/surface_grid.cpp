@@ -21,6 +21,7 @@ SurfaceGrid surfaceGrid(const tiling::Tiling& tiling, const geo::Ellipsoid& elli
   SurfaceGrid grid{.id = id, .cells = heights.width - 3};
   grid.up.resize(heights.samples.size());
   grid.positions.resize(heights.samples.size());
+  grid.heights_m = heights.samples;
   for (int row = -1; row <= grid.cells + 1; ++row) {
     for (int col = -1; col <= grid.cells + 1; ++col) {
       const bool outerCol = col < 0 || col > grid.cells;

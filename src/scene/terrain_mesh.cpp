@@ -5,9 +5,11 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "scene/bisection.h"
+#include "scene/parent_surface.h"
 
 namespace tellurion::scene {
 namespace {
@@ -27,6 +29,12 @@ geo::Vec3 rounded(const geo::Vec3& p, double grid_m) {
 
 geo::Vec3 at(const SurfaceGrid& grid, GridPoint p) {
   return grid.positions[grid.index(p.col, p.row)].m;
+}
+
+/// The unit of TerrainVertex::toParent: 16 bits reach four to eight spacings of the level's samples, far more than two
+/// meshes within their tolerances are apart.
+double parentStep_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
+  return std::exp2(std::ceil(std::log2(meanEdge_m(tiling, ellipsoid, level) / cells)) - 13.0);
 }
 
 using EdgeFlags = std::array<std::vector<std::uint8_t>, 4>;
@@ -49,7 +57,9 @@ EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bo
 /// Collects vertices and indices of one mesh.
 class MeshWriter {
  public:
-  MeshWriter(const SurfaceGrid& grid, double vertexGrid_m) : grid_(grid), vertexGrid_m_(vertexGrid_m) {
+  MeshWriter(const SurfaceGrid& grid, double vertexGrid_m, double parentStep_m, const ParentSurface* parent)
+      : grid_(grid), vertexGrid_m_(vertexGrid_m), parent_(parent) {
+    mesh_.parentStep_m = static_cast<float>(parentStep_m);
     const auto middle = static_cast<std::int16_t>(grid.cells / 2);
     mesh_.origin = {rounded(at(grid, {middle, middle}), std::max(kOriginGrid_m, vertexGrid_m))};
     mesh_.serial = nextSerial();
@@ -66,6 +76,8 @@ class MeshWriter {
     return range;
   }
   TerrainMesh& mesh() { return mesh_; }
+  /// The longest way from a vertex to the parent's surface.
+  double reach_m() const { return std::sqrt(reach2_) * static_cast<double>(mesh_.parentStep_m); }
 
  private:
   std::size_t slot(GridPoint p) const {
@@ -82,23 +94,43 @@ class MeshWriter {
     return known;
   }
 
-  TerrainVertex make(GridPoint p) const {
+  /// In steps; what lies further away than 16 bits can say morphs from as near as they can.
+  std::array<std::int16_t, 4> toParent(GridPoint p, const geo::Vec3& own, double height_m) {
+    if (parent_ == nullptr) return {};
+    const auto steps = [&](double metres) {
+      const double step_m = static_cast<double>(mesh_.parentStep_m);
+      return static_cast<std::int16_t>(std::clamp(std::round(metres / step_m), -32767.0, 32767.0));
+    };
+    const geo::Vec3 way = parent_->positions[slot(p)] - own;
+    const std::array out{steps(way.x), steps(way.y), steps(way.z), steps(parent_->heights_m[slot(p)] - height_m)};
+    const geo::Vec3 inSteps(out[0], out[1], out[2]);
+    reach2_ = std::max(reach2_, geo::dot(inSteps, inSteps));
+    return out;
+  }
+
+  TerrainVertex make(GridPoint p) {
     const auto normalised = [](double v) { return static_cast<std::int16_t>(std::lround(v * 32767.0)); };
-    const auto share = [&](int i) { return static_cast<std::uint16_t>(std::lround(65535.0 * i / grid_.cells)); };
+    const auto share = [&](int i) { return static_cast<std::uint16_t>(i * (kPlaceUnits / grid_.cells)); };
     const geo::Vec3 up = grid_.up[grid_.index(p.col, p.row)].n;
-    const geo::Vec3 exact = rounded(at(grid_, p), vertexGrid_m_) - mesh_.origin.m;
+    const geo::Vec3 own = rounded(at(grid_, p), vertexGrid_m_);
+    const float height_m = grid_.heights_m[grid_.index(p.col, p.row)];
+    const geo::Vec3 exact = own - mesh_.origin.m;
     const geo::Vec3f single(exact);
     const geo::Vec3 rest = (exact - geo::Vec3(single)) / vertexGrid_m_;
     const auto steps = [](double v) { return static_cast<std::int16_t>(std::lround(v)); };
     return {.position_tile = single,
-            .up_body = {normalised(up.x), normalised(up.y), normalised(up.z), 0},
+            .up_body = {normalised(up.x), normalised(up.y), normalised(up.z)},
             .s = share(p.col),
+            .fine_tile = {steps(rest.x), steps(rest.y), steps(rest.z)},
             .t = share(p.row),
-            .fine_tile = {steps(rest.x), steps(rest.y), steps(rest.z), 0}};
+            .toParent = toParent(p, own, static_cast<double>(height_m)),
+            .height_m = height_m};
   }
 
   const SurfaceGrid& grid_;
   double vertexGrid_m_;
+  const ParentSurface* parent_;
+  double reach2_ = 0.0;  ///< in steps, squared
   TerrainMesh mesh_;
   std::vector<std::uint16_t> vertexOf_;
 };
@@ -225,7 +257,8 @@ double vertexGrid_m(const geo::Ellipsoid& ellipsoid) {
   return std::exp2(std::max(std::ceil(std::log2(2.0 * ellipsoid.semiMajorAxis_m())), 24.0) - 39.0);
 }
 
-MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
+MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
+                         const TerrainMesh* parent) {
   const double tolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level, grid.cells);
   const double parentTolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level - 1, grid.cells);
   std::vector<geo::Vec3> points;
@@ -236,16 +269,21 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
   }
   const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, flagsOfEdges(grid, 1, tolerance_m, true),
                                               flagsOfEdges(grid, 2, parentTolerance_m, false));
-  MeshWriter writer(grid, vertexGrid_m(ellipsoid));
+  const double vertexStep_m = vertexGrid_m(ellipsoid);
+  std::optional<ParentSurface> from;
+  if (parent != nullptr) from = parentSurface(*parent, vertexStep_m, grid.id.quadrant(), grid.cells);
+  MeshWriter writer(grid, vertexStep_m, parentStep_m(tiling, ellipsoid, grid.id.level, grid.cells),
+                    from ? &*from : nullptr);
   TerrainMesh& mesh = writer.mesh();
   mesh.interior = writer.add(triangles.interior);
   for (std::size_t e = 0; e < 4; ++e)
     mesh.fineEdge[e] = writer.add(triangles.fine[e]);
   for (std::size_t e = 0; e < 4; ++e)
     mesh.coarseEdge[e] = writer.add(triangles.coarse[e]);
+  const double reach_m = writer.reach_m();
   const double error_m = errorOf(triangles, grid) + errorWithinCells(tiling, ellipsoid, grid);
   return {
-      .mesh = std::make_shared<const TerrainMesh>(std::move(mesh)), .box = boxOf(grid, error_m), .error_m = error_m};
+      .mesh = std::make_shared<const TerrainMesh>(std::move(mesh)), .box = boxOf(grid, error_m + reach_m), .error_m = error_m};
 }
 
 }  // namespace tellurion::scene

@@ -32,6 +32,7 @@ struct SurfaceGrid {
   int cells = 0;
   std::vector<geo::Direction> up;            ///< (cells + 3)^2, row-major
   std::vector<geo::BodyPosition> positions;  ///< likewise, in full precision
+  std::vector<float> heights_m;              ///< likewise, above the ellipsoid
 
   /// Sample (col, row) from -1 to cells + 1.
   std::size_t index(int col, int row) const {
@@ -43,7 +44,7 @@ SurfaceGrid surfaceGrid(const tiling::Tiling& tiling, const geo::Ellipsoid& elli
 
 struct MadeMesh {
   std::shared_ptr<const TerrainMesh> mesh;
-  OrientedBox box;  ///< holds every sample of the tile and every triangle
+  OrientedBox box;  ///< holds every sample of the tile and every triangle, morphed towards the parent's surface too
   /// The largest distance in space between the bilinear ground of the samples, displaced from the ellipsoid, and the
   /// drawn ground at the same (s, t), with fine edges. A coarse edge's strip may miss as much as the coarser neighbour
   /// does there.
@@ -53,8 +54,10 @@ struct MadeMesh {
 /// Makes a tile's triangles by right-triangle bisection: a sample is a vertex when leaving it out would move the ground
 /// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
 /// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
-/// tolerance: what a neighbour one level coarser has there. Thread-safe, pure but for the serial.
-MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid);
+/// tolerance: what a neighbour one level coarser has there. parent: the mesh that the tile morphs from; null: it does not.
+/// Thread-safe, pure but for the serial.
+MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
+                         const TerrainMesh* parent = nullptr);
 
 /// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
 /// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the

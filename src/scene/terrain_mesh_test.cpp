@@ -74,7 +74,7 @@ Bits placeOf(const TerrainMesh& mesh, std::uint16_t v) {
 /// The positions of the vertices on an edge in body coordinates, in the order along it. The interior may not touch it.
 std::vector<Bits> edgeOf(const TerrainMesh& mesh, Edge edge, bool coarse) {
   const bool horizontal = edge == Edge::top || edge == Edge::bottom;
-  const std::uint16_t line = edge == Edge::top || edge == Edge::left ? 0 : 65535;
+  const std::uint16_t line = edge == Edge::top || edge == Edge::left ? 0 : kPlaceUnits;
   std::map<std::uint16_t, Bits> out;
   for (const auto& t : trianglesOf(mesh, {rangeOf(mesh, static_cast<std::size_t>(edge), coarse)})) {
     for (const std::uint16_t v : t) {
@@ -185,8 +185,8 @@ TEST_P(MeshOnTiling, everyChoiceOfEdgesCoversTheSquareOnceAndFacesOutwards) {
       for (const auto& t : triangles) {
         const auto point = [&](int k) {
           const TerrainVertex& v = mesh.vertices[t[static_cast<std::size_t>(k)]];
-          return GridPoint{static_cast<std::int16_t>(std::lround(v.s * 64.0 / 65535.0)),
-                           static_cast<std::int16_t>(std::lround(v.t * 64.0 / 65535.0))};
+          return GridPoint{static_cast<std::int16_t>(std::lround(v.s * 64.0 / static_cast<double>(kPlaceUnits))),
+                           static_cast<std::int16_t>(std::lround(v.t * 64.0 / static_cast<double>(kPlaceUnits)))};
         };
         const int doubled = doubleArea(point(0), point(1), point(2));
         ASSERT_GT(doubled, 0);  // counter-clockwise in the square, so none overlaps if the areas add up
@@ -235,8 +235,8 @@ TEST_P(MeshOnTiling, theErrorHoldsEverywhere) {
       for (std::size_t c = 0; c < 3; ++c) {
         const TerrainVertex& vertex = mesh.vertices[t[c]];
         drawn += geo::Vec3(vertex.position_tile) * w[c];
-        s += w[c] * std::round(vertex.s * 64.0 / 65535.0) / 64.0;
-        v += w[c] * std::round(vertex.t * 64.0 / 65535.0) / 64.0;
+        s += w[c] * std::round(vertex.s * 64.0 / static_cast<double>(kPlaceUnits)) / 64.0;
+        v += w[c] * std::round(vertex.t * 64.0 / static_cast<double>(kPlaceUnits)) / 64.0;
       }
       const int col = std::min(static_cast<int>(s * 64.0), 63);
       const int row = std::min(static_cast<int>(v * 64.0), 63);
@@ -290,8 +290,8 @@ TEST_P(MeshOnTiling, verticesAreTheRoundedGroundAtEveryLevel) {
     const Made m = madeOf(tiling, id, samplesOf(tiling, id, hillsAt));
     const TerrainMesh& mesh = *m.made.mesh;
     for (std::uint16_t v = 0; v < mesh.vertices.size(); ++v) {
-      const int col = static_cast<int>(std::lround(mesh.vertices[v].s * 64.0 / 65535.0));
-      const int row = static_cast<int>(std::lround(mesh.vertices[v].t * 64.0 / 65535.0));
+      const int col = static_cast<int>(std::lround(mesh.vertices[v].s * 64.0 / static_cast<double>(kPlaceUnits)));
+      const int row = static_cast<int>(std::lround(mesh.vertices[v].t * 64.0 / static_cast<double>(kPlaceUnits)));
       const geo::Vec3 truth = m.grid.positions[m.grid.index(col, row)].m;
       const Bits place = placeOf(mesh, v);
       for (int axis = 0; axis < 3; ++axis) {

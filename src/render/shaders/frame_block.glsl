@@ -4,5 +4,5 @@ layout(std140, binding = 0) uniform FrameBlock {
   vec4 projection;     // x scale, y scale, near plane in metres
   vec4 eyeRemainder;   // metres from the snapped eye to the eye, body axes; w: the vertex grid in metres
   vec4 toSun_body;     // w: ambient
-  vec4 lightSwitch;    // x: 1 lit, 0 colours as they are
+  vec4 switches;       // x: 1 lit, 0 colours as they are; y: vertical exaggeration less 1
 };

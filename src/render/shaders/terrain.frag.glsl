@@ -15,5 +15,5 @@ void main() {
   vec3 up_body = normalize(upInterpolated_body);
   vec3 normal_body = normalize(up_body + relief * float(textureLayers.y >= 0));
   vec3 lit = litGround(albedo, texel.a * plainColour.a, normal_body, up_body, toSun_body.xyz, toSun_body.w);
-  colour = vec4(mix(albedo, lit, lightSwitch.x), 1.0);
+  colour = vec4(mix(albedo, lit, switches.x), 1.0);
 }

@@ -3,7 +3,7 @@
 
 layout(location = 0) in vec3 position_tile;
 layout(location = 1) in vec3 up_body;
-layout(location = 2) in vec2 place;  // s, t
+layout(location = 2) in float placeS;  // tile-local, 0..32768
 // A value a tile (divisor 1):
 layout(location = 3) in vec3 originCoarse_rte;
 layout(location = 4) in vec3 originFine_rte;
@@ -13,6 +13,12 @@ layout(location = 7) in vec4 plain;  // linear colour where there is no texture,
 layout(location = 8) in ivec2 layers;
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
+layout(location = 10) in float placeT;
+layout(location = 11) in vec4 toParent;  // to the parent's surface, body axes; w: the difference in height; in steps
+layout(location = 12) in float height_m;
+// A value a tile:
+layout(location = 13) in vec4 morph;  // at (s, t) = (0, 0), (1, 0), (0, 1), (1, 1): 0 the parent's surface, 1 its own
+layout(location = 14) in float parentStep_m;
 
 out vec4 textureCoordinates;  // colour, relief
 out vec3 upInterpolated_body;
@@ -30,8 +36,20 @@ vec3 rteFromTile() {
   return rte;
 }
 
+// What morphing and exaggeration add. The same in all tiles of a level that share the vertex, to the last bit: on an edge
+// the weights of the two far corners are exactly zero, and turning an edge round exchanges two summands.
+vec3 displacement(vec2 place) {
+  precise float above = morph.x * (1.0 - place.x) + morph.y * place.x;
+  precise float below = morph.z * (1.0 - place.x) + morph.w * place.x;
+  precise float back = 1.0 - (above * (1.0 - place.y) + below * place.y);
+  precise vec4 change = toParent * parentStep_m * back;
+  precise vec3 sum = change.xyz + up_body * ((height_m + change.w) * switches.y);
+  return sum;
+}
+
 void main() {
-  precise vec3 position_rte = rteFromTile() - eyeRemainder.xyz;
+  vec2 place = vec2(placeS, placeT) * (1.0 / 32768.0);
+  precise vec3 position_rte = (rteFromTile() - eyeRemainder.xyz) + displacement(place);
   vec3 position_view = mat3(viewFromBody) * position_rte;
   // Reverse z with the far plane at infinity: depth is near / distance, 1 at the near plane, 0 at infinity.
   gl_Position = vec4(position_view.xy * projection.xy, projection.z, -position_view.z);
