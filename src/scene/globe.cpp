@@ -143,6 +143,7 @@ struct Globe::State final : public TileTree {
         }
       }
       found->second.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, range);
+      found->second.facts.corners = cornerKeys(maker.tiling, id);
     }
     return found->second;
   }
@@ -244,6 +245,7 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile) {
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
                 .coarseEdges = tile.coarseEdges,
+                .morph = tile.morph,
                 .colour = content.colour,
                 .relief = content.relief};
   if (out.colour) out.colourWindow = windowIn(tile.id, content.colourLevel, maker.colours.pixels(), raster::kGutter);

@@ -15,7 +15,7 @@ constexpr double kNearest_m = 0.5;
 class Cut {
  public:
   Cut(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view, const CutOptions& options,
-      double occluderDepth_m, TileTree& tree)
+      double occluderDepth_m, TileTree& tree, CutMemory* memory)
       : tiling_(tiling),
         ellipsoid_(ellipsoid),
         view_(view),
@@ -23,17 +23,19 @@ class Cut {
         pixelAngle_(view.pixelAngle()),
         options_(options),
         occluderDepth_m_(occluderDepth_m),
-        tree_(tree) {}
+        tree_(tree),
+        memory_(options.morph ? memory : nullptr) {}
 
   Selection run() {
     for (int root = 0; root < tiling_.rootCount(); ++root) {
-      const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)});
+      const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)}, -1);
       if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
     while (!queue_.empty() && !out_.cappedByBudget) {
-      const int worst = queue_.top().node;
+      const Waiting worst = queue_.top();
       queue_.pop();
-      if (at(worst).firstChild < 0) split(worst, at(worst).need);
+      if (at(worst.node).firstChild < 0 && !split(worst.node, worst.need)) continue;
+      if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
     collect();
     return std::move(out_);
@@ -42,13 +44,28 @@ class Cut {
  private:
   static constexpr double kMissingRoot = 1e9;
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
+  static constexpr double kAboveRounding = 1e-6;
+  static constexpr double kKept = 1e-6;        ///< of the need of tiles that were split in the last frame
+
+  /// Where the last frame drew a tile's place.
+  enum class Before : std::uint8_t {
+    nowhere,
+    above,  ///< as part of a coarser tile
+    here,
+    below,  ///< as finer tiles
+  };
 
   struct Node {
     tiling::TileId id;
     const TileFacts* facts = nullptr;
+    int parent = -1;
     int firstChild = -1;  ///< its four children follow each other
     bool seen = false;    ///< may be in the picture
+    bool waits = false;   ///< would be split, but has not left its parent's surface yet
+    Before before = Before::nowhere;
+    double distance_m = 0.0;
     double error_px = 0.0;
+    double texel_px = 0.0;
     double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
   };
   struct Waiting {
@@ -61,13 +78,56 @@ class Cut {
   Node& at(int node) { return nodes_[static_cast<std::size_t>(node)]; }
   bool isSeen(int node) { return at(node).seen; }
 
-  int add(const tiling::TileId& id) {
-    Node node{.id = id, .facts = tree_.facts(id)};
+  int add(const tiling::TileId& id, int parent) {
+    Node node{.id = id, .facts = tree_.facts(id), .parent = parent};
     classify(node);
+    if (memory_ != nullptr) node.before = beforeOf(node);
     nodes_.push_back(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
-    if (node.need > 1.0) queue_.push({.need = node.need, .id = id, .node = index});
+    if (node.need > 1.0) {
+      queue_.push({.need = node.need, .id = id, .node = index});
+    } else if (node.before == Before::below && node.seen && !isBackOnItsSurface(node)) {
+      queue_.push({.need = kKept, .id = id, .node = index});
+    }
     return index;
+  }
+
+  Before beforeOf(const Node& node) {
+    const auto found = memory_->drawn.find(node.id);
+    if (found != memory_->drawn.end()) return found->second == CutMemory::Was::leaf ? Before::here : Before::below;
+    if (node.parent < 0) return Before::nowhere;
+    const Before over = at(node.parent).before;
+    return over == Before::here || over == Before::above ? Before::above : Before::nowhere;
+  }
+
+  /// The children that were drawn all look like their parent.
+  bool isBackOnItsSurface(const Node& node) {
+    for (int q = 0; q < 4; ++q) {
+      const tiling::TileId child = node.id.child(q);
+      const auto was = memory_->drawn.find(child);
+      if (was == memory_->drawn.end()) continue;
+      if (was->second == CutMemory::Was::split) return false;
+      for (const CornerKey corner : tree_.facts(child)->corners) {
+        if (corner != kPoleCorner && memory_->corners.lastAt(corner, child.level) > 0.0f) return false;
+      }
+    }
+    return true;
+  }
+
+  /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
+  /// is as fine as they are is on its surface there.
+  bool mayPart(const Node& node) {
+    if (memory_ == nullptr || node.before == Before::below || node.before == Before::nowhere) return true;
+    if (node.before == Before::above) return false;
+    for (const CornerKey corner : node.facts->corners) {
+      if (memory_->corners.lastAt(corner, node.id.level) < 1.0f) return false;
+    }
+    for (int q = 0; q < 4; ++q) {
+      for (const CornerKey corner : tree_.facts(node.id.child(q))->corners) {
+        if (corner != kPoleCorner && memory_->corners.lastAt(corner, node.id.level + 1) > 0.0f) return false;
+      }
+    }
+    return true;
   }
 
   bool inPicture(const TileFacts& facts) const {
@@ -88,10 +148,12 @@ class Cut {
       ++out_.culledHorizon;
     } else {
       node.seen = true;
-      const double distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
-      node.error_px = pixelsAcross(node.facts->error_m, distance_m, pixelAngle_);
-      const double texel_px = pixelsAcross(node.facts->texel_m, distance_m, pixelAngle_);
-      if (node.facts->drawable) node.need = std::max(node.error_px / options_.tolerance_px, texel_px);
+      // Its ground lies in its parent's box as well.
+      node.distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
+      if (node.parent >= 0) node.distance_m = std::max(node.distance_m, at(node.parent).distance_m);
+      node.error_px = pixelsAcross(node.facts->error_m, node.distance_m, pixelAngle_);
+      node.texel_px = pixelsAcross(node.facts->texel_m, node.distance_m, pixelAngle_);
+      if (node.facts->drawable) node.need = std::max(node.error_px / options_.tolerance_px, node.texel_px);
     }
   }
 
@@ -113,8 +175,18 @@ class Cut {
     return ready;
   }
 
-  /// Splits a leaf and, before it, every coarser neighbour that would end up two levels apart. False when something
-  /// that this takes is not loaded yet; then nothing but coarser neighbours may have changed.
+  template <class Visit>
+  void forEachTouching(const tiling::TileId& id, const Visit& visit) {
+    for (const tiling::Edge edge : tiling::kEdges)
+      visit(tiling_.edgeNeighbour(id, edge).tile);
+    for (const tiling::Corner corner : tiling::kCorners) {
+      for (const tiling::TileId& tile : tiling_.cornerNeighbours(id, corner))
+        visit(tile);
+    }
+  }
+
+  /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
+  /// loaded yet, or has to morph first; then nothing but coarser neighbours may have changed.
   bool split(int node, double priority) {
     const tiling::TileId id = at(node).id;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
@@ -123,19 +195,35 @@ class Cut {
       return false;
     }
     if (!childrenReady(id, priority)) return false;
-    for (const tiling::Edge edge : tiling::kEdges) {
-      const tiling::TileId neighbour = tiling_.edgeNeighbour(id, edge).tile;
-      for (int cover = covering(neighbour); at(cover).id.level < id.level && isSeen(cover);
+    bool balanced = true;
+    forEachTouching(id, [&](const tiling::TileId& neighbour) {
+      for (int cover = covering(neighbour); balanced && at(cover).id.level < id.level && isSeen(cover);
            cover = covering(neighbour)) {
-        if (!split(cover, priority)) return false;
+        balanced = split(cover, priority);
       }
+    });
+    if (!mayPart(at(node))) {
+      at(node).waits = true;
+      return false;
     }
+    if (!balanced) return false;
     const int first = static_cast<int>(nodes_.size());
     for (int q = 0; q < 4; ++q)
-      add(id.child(q));
+      add(id.child(q), node);
     at(node).firstChild = first;
     leaves_ += 3;
     return true;
+  }
+
+  /// Children that leave their parent's surface up to its border need others of their level beyond it.
+  void queueRing(int node, double need) {
+    const tiling::TileId id = at(node).id;
+    forEachTouching(id, [&](const tiling::TileId& neighbour) {
+      const int cover = covering(neighbour);
+      const Node& beyond = at(cover);
+      if (beyond.id.level == id.level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
+        queue_.push({.need = std::min(need, 1.0 + 0.25 * (need - 1.0)), .id = beyond.id, .node = cover});
+    });
   }
 
   /// The deepest node of the forest that holds a tile.
@@ -156,12 +244,67 @@ class Cut {
     return static_cast<std::uint8_t>(mask);
   }
 
-  void collect() {
+  /// How far a tile must have left its parent's surface: 0 when the parent is just fine enough, 1 where only its own
+  /// is. What is drawn misses (1 - m) of the parent's error and m of its own, the tolerance at most.
+  float goalOf(const Node& node) {
+    if (!options_.morph || node.parent < 0 || node.waits) return 1.0f;
+    const Node& parent = at(node.parent);
+    // All seen from where the parent is: with that distance it was split, and at the same moment this is 0.
+    const auto share = [](double ofParent, double own, double allowed) {
+      if (ofParent <= allowed) return 0.0;
+      return own >= ofParent ? 1.0 : std::min((ofParent - allowed) / (ofParent - own) + kAboveRounding, 1.0);
+    };
+    const double own_px = parent.facts->error_m > 0.0
+                              ? parent.error_px * (node.facts->error_m / parent.facts->error_m)
+                              : parent.error_px;
+    const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
+    const double texture = share(parent.texel_px, 0.5 * parent.texel_px, 1.0);
+    return static_cast<float>(std::max(geometry, texture));
+  }
+
+  bool isDrawn(const Node& node) const { return node.firstChild < 0 && node.seen && node.facts->drawable; }
+
+  /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
+  double drawnError_px(const Node& node, const std::array<float, 4>& morph) {
+    if (node.parent < 0) return node.error_px;
+    const double least = static_cast<double>(*std::min_element(morph.begin(), morph.end()));
+    const double ofParent = pixelsAcross(at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
+    return node.error_px + (1.0 - least) * std::max(ofParent - node.error_px, 0.0);
+  }
+
+  void settleCorners(CornerLattice& corners) {
+    corners.begin();
     for (const Node& node : nodes_) {
-      if (node.firstChild >= 0 || !node.seen || !node.facts->drawable) continue;
-      out_.drawn.push_back({.id = node.id, .coarseEdges = coarseEdgesOf(node.id)});
-      out_.maxScreenError_px = std::max(out_.maxScreenError_px, node.error_px);
+      if (node.firstChild < 0) corners.add(node.facts->corners, node.id.level, isDrawn(node), goalOf(node));
     }
+    corners.settle(static_cast<float>(options_.morphStep));
+    out_.morphing = corners.isMoving();
+  }
+
+  void remember() {
+    memory_->drawn.clear();
+    for (const Node& node : nodes_) {
+      if (!isDrawn(node)) continue;
+      memory_->drawn.emplace(node.id, CutMemory::Was::leaf);
+      for (int over = node.parent; over >= 0; over = at(over).parent) {
+        if (!memory_->drawn.emplace(at(over).id, CutMemory::Was::split).second) break;
+      }
+    }
+  }
+
+  void collect() {
+    CornerLattice forgotten;
+    CornerLattice& corners = memory_ != nullptr ? memory_->corners : forgotten;
+    if (options_.morph) settleCorners(corners);
+    for (const Node& node : nodes_) {
+      if (!isDrawn(node)) continue;
+      SelectedTile tile{.id = node.id, .coarseEdges = coarseEdgesOf(node.id)};
+      for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
+        tile.morph[q] = corners.valueAt(node.facts->corners[q], node.id.level);
+      out_.maxScreenError_px = std::max(out_.maxScreenError_px, drawnError_px(node, tile.morph));
+      out_.drawn.push_back(tile);
+    }
+    if (memory_ != nullptr) remember();
     for (const auto& [id, priority] : wanted_)
       out_.wanted.push_back({.id = id, .priority = priority});
     std::sort(out_.wanted.begin(), out_.wanted.end(), [](const WantedTile& a, const WantedTile& b) {
@@ -177,6 +320,7 @@ class Cut {
   const CutOptions& options_;
   double occluderDepth_m_;
   TileTree& tree_;
+  CutMemory* memory_;
   std::vector<Node> nodes_;  ///< the roots first, in their order
   std::size_t leaves_ = 0;
   std::priority_queue<Waiting> queue_;
@@ -191,8 +335,8 @@ double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
 }
 
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
-                 const CutOptions& options, double occluderDepth_m, TileTree& tree) {
-  return Cut(tiling, ellipsoid, view, options, occluderDepth_m, tree).run();
+                 const CutOptions& options, double occluderDepth_m, TileTree& tree, CutMemory* memory) {
+  return Cut(tiling, ellipsoid, view, options, occluderDepth_m, tree, memory).run();
 }
 
 }  // namespace tellurion::scene

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "geo/ellipsoid.h"
 #include "scene/camera.h"
+#include "scene/corner_lattice.h"
 #include "scene/oriented_box.h"
 #include "tiling/tiling.h"
 
@@ -16,6 +18,10 @@ struct CutOptions {
   /// Leaves of the cut, drawn or culled; the worst are refined first. Pictures of 3840 x 2160 need up to 2300
   /// (docs/selection.md), so this is for what was asked for by mistake.
   int maxTiles = 3000;
+  /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
+  bool morph = true;
+  /// The most that a morph value (0..1) may change from the last frame to this one: with a memory only.
+  double morphStep = 1.0;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -30,6 +36,7 @@ struct TileFacts {
   double error_m = 0.0;
   /// The side of one texel on the ground when there are finer pictures below, else 0.
   double texel_m = 0.0;
+  std::array<CornerKey, 4> corners{};  ///< known from the start
 };
 
 /// Where select() finds its facts.
@@ -43,6 +50,7 @@ class TileTree {
 struct SelectedTile {
   tiling::TileId id;
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
+  std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
 };
 
 struct WantedTile {
@@ -58,7 +66,19 @@ struct Selection {
   int culledFrustum = 0;
   int culledHorizon = 0;
   bool cappedByBudget = false;     ///< maxTiles left something coarser than the tolerance
+  bool morphing = false;           ///< some tile is still on its way to where it should be: with a memory only
   double maxScreenError_px = 0.0;  ///< of what is drawn
+};
+
+/// What a view's last frame drew, for the next one to go on from without a jump.
+struct CutMemory {
+  enum class Was : std::uint8_t { leaf, split };
+  std::unordered_map<tiling::TileId, Was, tiling::TileIdHash> drawn;  ///< leaves that were drawn and what is over them
+  CornerLattice corners;
+  void forget() {
+    drawn.clear();
+    corners.forget();
+  }
 };
 
 /// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
@@ -67,11 +87,14 @@ struct Selection {
 ///  - its texels are larger than a pixel and there are finer ones,
 /// both taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
-/// edges (forced splits, across roots too). A pure function of its arguments, `tree` included: nothing remembered.
+/// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
+/// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `memory`, where it is given:
+/// then a tile that was drawn is split only once it has wholly left its parent's surface, and four children become their
+/// parent only once they are back on its.
 /// occluderDepth_m: how far below the ellipsoid the deepest ground of the body lies, >= 0 (horizon culling hides
 /// nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
-                 const CutOptions& options, double occluderDepth_m, TileTree& tree);
+                 const CutOptions& options, double occluderDepth_m, TileTree& tree, CutMemory* memory = nullptr);
 
 /// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
 /// as that.
