@@ -31,7 +31,8 @@ class GeometryArena {
   /// after.
   const MeshPlace* upload(const scene::TerrainMesh& mesh, std::uint64_t frame);
 
-  /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them; element buffer bound. Its buffers change when the arena grows.
+  /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them; element buffer bound. Its buffers change when the
+  /// arena grows.
   unsigned int vertexArray() const { return vertexArray_.name(); }
   std::uint64_t bytes() const;
   std::size_t meshCount() const { return resident_.size(); }

@@ -64,11 +64,13 @@ void describeRecords(GLuint vao, GLuint buffer) {
     GLint components;
     std::size_t offset;
   };
-  constexpr std::array kFields{
-      Field{3, 3, offsetof(TileRecord, originCoarse_rte)}, Field{4, 3, offsetof(TileRecord, originFine_rte)},
-      Field{5, 4, offsetof(TileRecord, colourWindow)}, Field{6, 4, offsetof(TileRecord, reliefWindow)},
-      Field{7, 4, offsetof(TileRecord, plain)}, Field{13, 4, offsetof(TileRecord, morph)},
-      Field{14, 1, offsetof(TileRecord, parentStep_m)}};
+  constexpr std::array kFields{Field{3, 3, offsetof(TileRecord, originCoarse_rte)},
+                               Field{4, 3, offsetof(TileRecord, originFine_rte)},
+                               Field{5, 4, offsetof(TileRecord, colourWindow)},
+                               Field{6, 4, offsetof(TileRecord, reliefWindow)},
+                               Field{7, 4, offsetof(TileRecord, plain)},
+                               Field{13, 4, offsetof(TileRecord, morph)},
+                               Field{14, 1, offsetof(TileRecord, parentStep_m)}};
   constexpr GLuint kLayers = 8;
   for (const Field& field : kFields) {
     glEnableVertexArrayAttrib(vao, field.attribute);

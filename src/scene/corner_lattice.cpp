@@ -12,7 +12,7 @@ constexpr double kNearPole = 1e-12;  ///< of the radius; deepest tiles are 1e-9 
 
 }  // namespace
 
-std::array<CornerKey, 4> cornerKeys(const tiling::Tiling& tiling, const tiling::TileId& id) {
+TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id) {
   const auto key = [&](double s, double t) {
     const geo::Vec3 n = tiling.direction(tiling::rootPointIn(id, s, t)).n;
     std::uint64_t hash = 0x243f6a8885a308d3u;
@@ -23,91 +23,84 @@ std::array<CornerKey, 4> cornerKeys(const tiling::Tiling& tiling, const tiling::
     const bool atPole = tiling.scheme() == tiling::Scheme::geographic && std::hypot(n.x, n.y) < kNearPole;
     return atPole ? kPoleCorner : std::max(hash, CornerKey{1});
   };
-  return {key(0.0, 0.0), key(1.0, 0.0), key(0.0, 1.0), key(1.0, 1.0)};
+  return {.corners = {key(0.0, 0.0), key(1.0, 0.0), key(0.0, 1.0), key(1.0, 1.0)},
+          .edgeMiddles = {key(0.5, 0.0), key(1.0, 0.5), key(0.5, 1.0), key(0.0, 0.5)}};
 }
 
-CornerLattice::Corner& CornerLattice::Table::at(CornerKey key) {
+CornerLattice::Corner& CornerLattice::at(CornerKey key) {
   if (2 * (used_ + 1) > slots_.size()) grow();
   const std::size_t mask = slots_.size() - 1;
   std::size_t i = key & mask;
-  while (slots_[i].key != 0 && slots_[i].key != key)
+  while (slots_[i].key != kPoleCorner && slots_[i].key != key)
     i = (i + 1) & mask;
-  if (slots_[i].key == 0) {
+  if (slots_[i].key == kPoleCorner) {
     slots_[i].key = key;
     ++used_;
   }
   return slots_[i];
 }
 
-const CornerLattice::Corner* CornerLattice::Table::find(CornerKey key) const {
+const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
   if (slots_.empty()) return nullptr;
   const std::size_t mask = slots_.size() - 1;
-  for (std::size_t i = key & mask; slots_[i].key != 0; i = (i + 1) & mask) {
+  for (std::size_t i = key & mask; slots_[i].key != kPoleCorner; i = (i + 1) & mask) {
     if (slots_[i].key == key) return &slots_[i];
   }
   return nullptr;
 }
 
-void CornerLattice::Table::clear() {
-  std::fill(slots_.begin(), slots_.end(), Corner{});
-  used_ = 0;
-}
-
-template <class Visit>
-void CornerLattice::Table::forEach(const Visit& visit) {
-  for (Corner& corner : slots_) {
-    if (corner.key != 0) visit(corner);
-  }
-}
-
-void CornerLattice::Table::grow() {
+void CornerLattice::grow() {
   std::vector<Corner> old(std::max<std::size_t>(1024, 2 * slots_.size()));
   std::swap(old, slots_);
   const std::size_t mask = slots_.size() - 1;
   for (const Corner& corner : old) {
-    if (corner.key == 0) continue;
+    if (corner.key == kPoleCorner) continue;
     std::size_t i = corner.key & mask;
-    while (slots_[i].key != 0)
+    while (slots_[i].key != kPoleCorner)
       i = (i + 1) & mask;
     slots_[i] = corner;
   }
 }
 
-void CornerLattice::begin() {
-  std::swap(now_, last_);
-  now_.clear();
-  moving_ = false;
+void CornerLattice::clear() {
+  std::fill(slots_.begin(), slots_.end(), Corner{});
+  used_ = 0;
 }
 
-void CornerLattice::forget() {
-  now_.clear();
-  last_.clear();
-}
-
-void CornerLattice::add(const std::array<CornerKey, 4>& corners, int level, bool drawn, float goal) {
-  for (const CornerKey key : corners) {
+void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal) {
+  for (const CornerKey key : tile.corners) {
     if (key == kPoleCorner) continue;
-    Corner& c = now_.at(key);
+    Corner& c = at(key);
     if (level > c.finest) {
       c.finest = static_cast<std::int8_t>(level);
       c.goal = 0.0f;
     }
     if (!drawn) continue;
+    c.fromParent = c.fromParent || fromParent;
     c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
     if (level == c.finest) c.goal = std::max(c.goal, goal);
   }
+  for (const CornerKey key : tile.edgeMiddles) {
+    if (!drawn || key == kPoleCorner) continue;
+    Corner& c = at(key);
+    c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
+    c.finest = std::max(c.finest, static_cast<std::int8_t>(level));
+  }
 }
 
-void CornerLattice::settle(float step) {
-  now_.forEach([&](Corner& c) {
+bool CornerLattice::settle(const CornerLattice* last, float step) {
+  bool atGoals = true;
+  for (Corner& c : slots_) {
+    if (c.key == kPoleCorner) continue;
     const float goal = c.coarsestDrawn < c.finest ? 0.0f : c.goal;
-    const Corner* last = last_.find(c.key);
     c.value = goal;
-    if (last == nullptr) return;
-    const float before = valueIn(*last, c.finest);
-    c.value = std::clamp(goal, before - step, before + step);
-    moving_ = moving_ || c.value != goal;
-  });
+    const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
+    if (before == nullptr && !c.fromParent) continue;
+    const float from = before != nullptr ? valueIn(*before, c.finest) : 0.0f;
+    c.value = std::clamp(goal, from - step, from + step);
+    atGoals = atGoals && c.value == goal;
+  }
+  return atGoals;
 }
 
 float CornerLattice::valueIn(const Corner& corner, int level) {
@@ -117,13 +110,7 @@ float CornerLattice::valueIn(const Corner& corner, int level) {
 
 float CornerLattice::valueAt(CornerKey corner, int level) const {
   if (corner == kPoleCorner) return 1.0f;
-  const Corner* found = now_.find(corner);
-  return found == nullptr ? 0.0f : valueIn(*found, level);
-}
-
-float CornerLattice::lastAt(CornerKey corner, int level) const {
-  if (corner == kPoleCorner) return 1.0f;
-  const Corner* found = last_.find(corner);
+  const Corner* found = find(corner);
   return found == nullptr ? 0.0f : valueIn(*found, level);
 }
 

@@ -70,16 +70,22 @@ std::optional<geo::BodyPosition> pointIn(const Frame& frame, const DrawnTile& ti
 
 }  // namespace
 
-std::optional<double> drawnHeight_m(const Frame& frame, const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
-                                    const geo::Direction& place) {
+std::optional<geo::BodyPosition> drawnPoint(const Frame& frame, const tiling::Tiling& tiling,
+                                            const geo::Direction& place) {
   const tiling::RootPoint p = tiling.rootPoint(place);
   for (const DrawnTile& tile : frame.tiles) {
     const auto inTile = placeIn(tile.id, p);
     if (!inTile) continue;
-    const auto point = pointIn(frame, tile, *inTile);
-    if (point) return ellipsoid.geodeticFromBody(*point).height_m;
+    if (const auto point = pointIn(frame, tile, *inTile)) return point;
   }
   return std::nullopt;
+}
+
+std::optional<double> drawnHeight_m(const Frame& frame, const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
+                                    const geo::Direction& place) {
+  const auto point = drawnPoint(frame, tiling, place);
+  if (!point) return std::nullopt;
+  return ellipsoid.geodeticFromBody(*point).height_m;
 }
 
 }  // namespace tellurion::scene

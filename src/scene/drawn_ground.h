@@ -15,4 +15,8 @@ namespace tellurion::scene {
 std::optional<double> drawnHeight_m(const Frame& frame, const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
                                     const geo::Direction& place);
 
+/// The point of the drawn ground at a place's (s, t) in its tile: over it but for what chords shift sideways.
+std::optional<geo::BodyPosition> drawnPoint(const Frame& frame, const tiling::Tiling& tiling,
+                                            const geo::Direction& place);
+
 }  // namespace tellurion::scene

@@ -12,8 +12,7 @@ geo::BodyPosition drawnPosition(const DrawnTile& tile, const TerrainVertex& vert
   const double step = static_cast<double>(back) * static_cast<double>(tile.mesh->parentStep_m);
   const geo::Vec3 exact =
       tile.mesh->origin.m + geo::Vec3(vertex.position_tile) + vec(vertex.fine_tile) * frame.vertexGrid_m;
-  const double lift =
-      (static_cast<double>(vertex.height_m) + vertex.toParent[3] * step) * (frame.exaggeration - 1.0);
+  const double lift = (static_cast<double>(vertex.height_m) + vertex.toParent[3] * step) * (frame.exaggeration - 1.0);
   return {exact + (vec(vertex.toParent) * step + vec(vertex.up_body) * (lift / 32767.0))};
 }
 

@@ -16,12 +16,12 @@ inline constexpr int kPlaceUnits = 32768;
 
 /// 40 bytes, as the vertex shader reads it. Its place is exact: origin + position_tile + fine_tile *
 /// Frame::vertexGrid_m, all multiples of that grid, so tiles that share a vertex, whatever their levels, have the same
-/// bits in body coordinates. `toParent` leads from there to the surface that the parent's mesh draws at the same (s, t);
-/// it too is the same in all tiles of the level that share the vertex. See drawn_vertex.h for what is drawn.
+/// bits in body coordinates. `toParent` leads from there to the surface that the parent's mesh draws at the same (s,
+/// t); it too is the same in all tiles of the level that share the vertex. See drawn_vertex.h for what is drawn.
 struct TerrainVertex {
-  geo::Vec3f position_tile;               ///< metres from the mesh's origin, body axes
-  std::array<std::int16_t, 3> up_body{};  ///< the ellipsoid's normal, signed normalised 16 bit
-  std::uint16_t s = 0;                    ///< tile-local place, 0..kPlaceUnits for 0..1
+  geo::Vec3f position_tile;                 ///< metres from the mesh's origin, body axes
+  std::array<std::int16_t, 3> up_body{};    ///< the ellipsoid's normal, signed normalised 16 bit
+  std::uint16_t s = 0;                      ///< tile-local place, 0..kPlaceUnits for 0..1
   std::array<std::int16_t, 3> fine_tile{};  ///< what single precision lost, in steps of the grid
   std::uint16_t t = 0;
   std::array<std::int16_t, 4> toParent{};  ///< x, y, z in body axes, and the difference in height; in parentStep_m
@@ -105,6 +105,7 @@ struct Frame {
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
   bool complete = false;          ///< nothing finer is wanted: all has come, and the budget of tiles was enough
+  bool morphing = false;          ///< with time the picture changes on its own: what has come is still fading in
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;

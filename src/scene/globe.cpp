@@ -143,12 +143,13 @@ struct Globe::State final : public TileTree {
         }
       }
       found->second.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, range);
-      found->second.facts.corners = cornerKeys(maker.tiling, id);
+      found->second.facts.corners = tileCorners(maker.tiling, id);
     }
     return found->second;
   }
 
   void receive();
+  const CutHistory* historyAt(const CutOptions& options);
   double occluderDepth_m() const;
   void request(const std::vector<WantedTile>& wanted);
   void submit(const WantedTile& wanted, TileRecord& record);
@@ -169,6 +170,10 @@ struct Globe::State final : public TileTree {
   std::uint64_t contentBytes = 0;
   std::uint64_t updates = 0;
   std::vector<io::Failure> failures;
+  std::array<CutMemory, 2> memories;  ///< of the last time and of this one; which is which, history says
+  CutHistory history{.last = &memories[0], .now = &memories[1]};
+  std::optional<double> time_s;      ///< of memories' newer one
+  std::optional<double> lastTime_s;  ///< and of the older
   Frame frame;
   Arrivals arrivals;
   io::Executor executor;  ///< last: its workers use what stands above
@@ -192,6 +197,23 @@ void Globe::State::receive() {
   std::erase_if(underway, [&](const tiling::TileId& id) { return !record(id).job; });
   for (io::Failure& failure : ledger->takeFailures())
     failures.push_back(std::move(failure));
+}
+
+/// Updates at one time all start from what was drawn at the time before, so that the last of them, when all has come,
+/// does not depend on the order of arrivals.
+const CutHistory* Globe::State::historyAt(const CutOptions& options) {
+  if (!options.time_s || !options.morph) {
+    time_s = lastTime_s = std::nullopt;
+    for (CutMemory& memory : memories)
+      memory = {};
+    return nullptr;
+  }
+  if (time_s != options.time_s) {
+    std::swap(memories[0], memories[1]);
+    lastTime_s = std::exchange(time_s, options.time_s);
+  }
+  history.step = lastTime_s ? std::clamp((*time_s - *lastTime_s) / options.fade_s, 0.0, 1.0) : 1.0;
+  return &history;
 }
 
 /// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
@@ -266,6 +288,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
   frame.complete = selection.wanted.empty() && !selection.cappedByBudget;
+  frame.morphing = selection.morphing;
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
@@ -370,7 +393,8 @@ const Frame& Globe::update(const View& view, const CutOptions& options) {
   State& s = *state_;
   ++s.updates;
   s.receive();
-  const Selection selection = select(s.maker.tiling, s.maker.ellipsoid, view, options, s.occluderDepth_m(), s);
+  const CutHistory* history = s.historyAt(options);
+  const Selection selection = select(s.maker.tiling, s.maker.ellipsoid, view, options, s.occluderDepth_m(), s, history);
   s.request(selection.wanted);
   s.fillFrame(view, selection);
   s.evict();

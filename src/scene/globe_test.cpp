@@ -9,6 +9,8 @@
 
 #include "geo/body.h"
 #include "geo/seed_test.h"
+#include "scene/drawn_ground.h"
+#include "scene/drawn_vertex.h"
 #include "scene/procedural_source_test.h"
 
 namespace tellurion::scene {
@@ -112,9 +114,7 @@ void expectWatertight(const Frame& frame, const Tiling& tiling) {
     for (const DrawnTile& tile : frame.tiles) {
       const TerrainMesh& mesh = *tile.mesh;
       const auto place = [&](std::uint32_t i) {
-        const TerrainVertex& v = mesh.vertices[mesh.indices[i]];
-        const geo::Vec3 fine(v.fine_tile[0], v.fine_tile[1], v.fine_tile[2]);
-        const geo::Vec3 p = mesh.origin.m + geo::Vec3(v.position_tile) + fine * frame.vertexGrid_m;
+        const geo::Vec3 p = drawnPosition(tile, mesh.vertices[mesh.indices[i]], frame).m;
         return Bits{p.x, p.y, p.z};
       };
       for (std::size_t group = 0; group < 5; ++group) {
@@ -196,6 +196,96 @@ TEST_P(GlobeOnTiling, isWholeInEveryFrameWhileTilesArriveLateAndInRandomOrder) {
     for (const auto& [id, count] : source->requests())
       EXPECT_EQ(count, 1) << "asked twice";
   }
+}
+
+/// Where a point of the body is in the picture, pixels; nothing behind the eye.
+std::optional<geo::Vec2> inPicture(const View& view, const geo::BodyPosition& p) {
+  const geo::Vec3 v = view.viewFromBody * (p - view.eye);
+  if (v.z > -1.0) return std::nullopt;
+  const geo::Vec2 at = geo::Vec2(v.x, v.y) / (-v.z * view.pixelAngle());
+  if (std::abs(at.x) > 0.5 * view.viewport.width || std::abs(at.y) > 0.5 * view.viewport.height) return std::nullopt;
+  return at;
+}
+
+/// The largest jump of a point of the ground between two frames of a flight, both seen from the later eye, pixels.
+struct Jumps {
+  double worst_px = 0.0;
+  int compared = 0;
+};
+
+/// Descends over the hills, turning, 60 frames a second. `everyFrameWhole`: each frame waits for its data.
+Jumps jumpsInFlight(Globe& globe, const Tiling& tiling, bool morph, bool everyFrameWhole, int frames) {
+  std::mt19937_64 random = geo::seededGenerator();
+  std::vector<geo::Direction> places;
+  for (int i = 0; i < 1500; ++i)
+    places.push_back(geo::directionFromDegrees(47.0 + geo::uniform(random, -2, 2), 8.0 + geo::uniform(random, -2, 2)));
+  std::vector<std::optional<geo::BodyPosition>> before(places.size());
+  Jumps jumps;
+  loaded(globe, viewFrom(46.6, 8.0, 4000e3, 0, -90));  // from when the roots are there
+  for (int k = 0; k < frames; ++k) {
+    const double t = k / 60.0;
+    const View view = viewFrom(46.6 + 0.02 * t, 8.0, 80e3 * std::exp(-0.4 * t), 10.0 * t, -35);
+    const CutOptions options{.tolerance_px = 3.0, .morph = morph, .time_s = t};
+    const Frame* frame = &globe.update(view, options);
+    for (int i = 0; everyFrameWhole && !frame->complete && i < 1000; ++i) {
+      globe.waitForArrivals(1000ms);
+      frame = &globe.update(view, options);
+    }
+    if (!everyFrameWhole) globe.waitForArrivals(8ms);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto now = drawnPoint(*frame, tiling, places[i]);
+      if (now && before[i]) {
+        const auto a = inPicture(view, *before[i]);
+        const auto b = inPicture(view, *now);
+        if (a && b) {
+          jumps.worst_px = std::max(jumps.worst_px, geo::length(*a - *b));
+          ++jumps.compared;
+        }
+      }
+      before[i] = now;
+    }
+  }
+  return jumps;
+}
+
+TEST_P(GlobeOnTiling, nothingPopsInFlight) {
+  Planet p = planetOf(GetParam());
+  const Jumps jumps = jumpsInFlight(*p.globe, Tiling(GetParam()), true, true, 240);
+  EXPECT_GT(jumps.compared, 10000);
+  EXPECT_LE(jumps.worst_px, 0.5);
+  Planet q = planetOf(GetParam());
+  const Jumps without = jumpsInFlight(*q.globe, Tiling(GetParam()), false, true, 240);
+  EXPECT_GT(without.worst_px, 0.5);
+  std::printf("largest jump %.3f px, without morphing %.3f px\n", jumps.worst_px, without.worst_px);
+  // Tiles that come when they come, each asked for when it is missed.
+  Planet late = planetOf(GetParam(), {.workers = 2});
+  late.elevation->delay = [](const TileId&) { std::this_thread::sleep_for(2ms); };
+  const Jumps whileLoading = jumpsInFlight(*late.globe, Tiling(GetParam()), true, false, 240);
+  Planet abrupt = planetOf(GetParam(), {.workers = 2});
+  abrupt.elevation->delay = late.elevation->delay;
+  const Jumps jumping = jumpsInFlight(*abrupt.globe, Tiling(GetParam()), false, false, 240);
+  EXPECT_LT(whileLoading.worst_px, 0.8 * jumping.worst_px);
+  EXPECT_GT(late.elevation->requests().size(), 50u);
+  std::printf("largest jump while loading %.3f px, without morphing %.3f px\n", whileLoading.worst_px,
+              jumping.worst_px);
+  // Standing still, all comes and settles, and looks as if nothing had ever been different.
+  const View last = viewFrom(46.6, 8.0, 17e3, 40.0, -35);
+  const Frame* frame = nullptr;
+  int frames = 0;
+  for (double t = 10.0; frame == nullptr || frame->morphing || !frame->complete; t += 1.0 / 60.0) {
+    frame = &late.globe->update(last, {.tolerance_px = 3.0, .time_s = t});
+    late.globe->waitForArrivals(20ms);
+    ASSERT_LT(++frames, 2000) << frame->tiles.size() << " tiles, complete " << frame->complete << ", morphing "
+                              << frame->morphing;
+  }
+  const auto drawn = [](const Frame& f) {
+    std::map<TileId, std::array<float, 4>> out;
+    for (const DrawnTile& tile : f.tiles)
+      out.emplace(tile.id, tile.morph);
+    return out;
+  };
+  const auto settled = drawn(*frame);
+  EXPECT_EQ(settled, drawn(loaded(*late.globe, last, {.tolerance_px = 3.0})));
 }
 
 TEST_P(GlobeOnTiling, theCompletedFrameDoesNotDependOnTheWayThere) {

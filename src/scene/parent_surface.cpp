@@ -46,8 +46,8 @@ class Painter {
 
  private:
   void set(GridPoint p, const geo::Vec3& position, double height_m) {
-    const auto i = static_cast<std::size_t>(p.row) * static_cast<std::size_t>(cells_ + 1) +
-                   static_cast<std::size_t>(p.col);
+    const auto i =
+        static_cast<std::size_t>(p.row) * static_cast<std::size_t>(cells_ + 1) + static_cast<std::size_t>(p.col);
     out_.positions[i] = position;
     out_.heights_m[i] = height_m;
   }
@@ -92,7 +92,8 @@ class Painter {
     for (int i = 0; i <= cells_; ++i) {
       if (chain[static_cast<std::size_t>(i)] == nullptr) continue;
       for (int between = last; between <= i; ++between)
-        paintBetween(edge, *chain[static_cast<std::size_t>(last)], last, *chain[static_cast<std::size_t>(i)], i, between);
+        paintBetween(edge, *chain[static_cast<std::size_t>(last)], last, *chain[static_cast<std::size_t>(i)], i,
+                     between);
       last = i;
     }
   }

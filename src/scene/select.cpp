@@ -15,7 +15,7 @@ constexpr double kNearest_m = 0.5;
 class Cut {
  public:
   Cut(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view, const CutOptions& options,
-      double occluderDepth_m, TileTree& tree, CutMemory* memory)
+      double occluderDepth_m, TileTree& tree, const CutHistory* history)
       : tiling_(tiling),
         ellipsoid_(ellipsoid),
         view_(view),
@@ -24,7 +24,7 @@ class Cut {
         options_(options),
         occluderDepth_m_(occluderDepth_m),
         tree_(tree),
-        memory_(options.morph ? memory : nullptr) {}
+        history_(options.morph ? history : nullptr) {}
 
   Selection run() {
     for (int root = 0; root < tiling_.rootCount(); ++root) {
@@ -45,7 +45,7 @@ class Cut {
   static constexpr double kMissingRoot = 1e9;
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
   static constexpr double kAboveRounding = 1e-6;
-  static constexpr double kKept = 1e-6;        ///< of the need of tiles that were split in the last frame
+  static constexpr double kKept = 1e-6;  ///< of the need of tiles that were split in the last frame
 
   /// Where the last frame drew a tile's place.
   enum class Before : std::uint8_t {
@@ -81,7 +81,7 @@ class Cut {
   int add(const tiling::TileId& id, int parent) {
     Node node{.id = id, .facts = tree_.facts(id), .parent = parent};
     classify(node);
-    if (memory_ != nullptr) node.before = beforeOf(node);
+    if (history_ != nullptr) node.before = beforeOf(node);
     nodes_.push_back(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
@@ -93,8 +93,9 @@ class Cut {
   }
 
   Before beforeOf(const Node& node) {
-    const auto found = memory_->drawn.find(node.id);
-    if (found != memory_->drawn.end()) return found->second == CutMemory::Was::leaf ? Before::here : Before::below;
+    const auto& drawn = history_->last->drawn;
+    const auto found = drawn.find(node.id);
+    if (found != drawn.end()) return found->second == CutMemory::Was::leaf ? Before::here : Before::below;
     if (node.parent < 0) return Before::nowhere;
     const Before over = at(node.parent).before;
     return over == Before::here || over == Before::above ? Before::above : Before::nowhere;
@@ -104,11 +105,11 @@ class Cut {
   bool isBackOnItsSurface(const Node& node) {
     for (int q = 0; q < 4; ++q) {
       const tiling::TileId child = node.id.child(q);
-      const auto was = memory_->drawn.find(child);
-      if (was == memory_->drawn.end()) continue;
+      const auto was = history_->last->drawn.find(child);
+      if (was == history_->last->drawn.end()) continue;
       if (was->second == CutMemory::Was::split) return false;
-      for (const CornerKey corner : tree_.facts(child)->corners) {
-        if (corner != kPoleCorner && memory_->corners.lastAt(corner, child.level) > 0.0f) return false;
+      for (const CornerKey corner : tree_.facts(child)->corners.corners) {
+        if (corner != kPoleCorner && history_->last->corners.valueAt(corner, child.level) > 0.0f) return false;
       }
     }
     return true;
@@ -117,14 +118,14 @@ class Cut {
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
   /// is as fine as they are is on its surface there.
   bool mayPart(const Node& node) {
-    if (memory_ == nullptr || node.before == Before::below || node.before == Before::nowhere) return true;
+    if (history_ == nullptr || node.before == Before::below || node.before == Before::nowhere) return true;
     if (node.before == Before::above) return false;
-    for (const CornerKey corner : node.facts->corners) {
-      if (memory_->corners.lastAt(corner, node.id.level) < 1.0f) return false;
+    for (const CornerKey corner : node.facts->corners.corners) {
+      if (history_->last->corners.valueAt(corner, node.id.level) < 1.0f) return false;
     }
     for (int q = 0; q < 4; ++q) {
-      for (const CornerKey corner : tree_.facts(node.id.child(q))->corners) {
-        if (corner != kPoleCorner && memory_->corners.lastAt(corner, node.id.level + 1) > 0.0f) return false;
+      for (const CornerKey corner : tree_.facts(node.id.child(q))->corners.corners) {
+        if (corner != kPoleCorner && history_->last->corners.valueAt(corner, node.id.level + 1) > 0.0f) return false;
       }
     }
     return true;
@@ -254,9 +255,8 @@ class Cut {
       if (ofParent <= allowed) return 0.0;
       return own >= ofParent ? 1.0 : std::min((ofParent - allowed) / (ofParent - own) + kAboveRounding, 1.0);
     };
-    const double own_px = parent.facts->error_m > 0.0
-                              ? parent.error_px * (node.facts->error_m / parent.facts->error_m)
-                              : parent.error_px;
+    const double own_px =
+        parent.facts->error_m > 0.0 ? parent.error_px * (node.facts->error_m / parent.facts->error_m) : parent.error_px;
     const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
     const double texture = share(parent.texel_px, 0.5 * parent.texel_px, 1.0);
     return static_cast<float>(std::max(geometry, texture));
@@ -273,38 +273,42 @@ class Cut {
   }
 
   void settleCorners(CornerLattice& corners) {
-    corners.begin();
+    corners.clear();
     for (const Node& node : nodes_) {
-      if (node.firstChild < 0) corners.add(node.facts->corners, node.id.level, isDrawn(node), goalOf(node));
+      if (node.firstChild < 0)
+        corners.add(node.facts->corners, node.id.level, isDrawn(node), node.before == Before::above, goalOf(node));
     }
-    corners.settle(static_cast<float>(options_.morphStep));
-    out_.morphing = corners.isMoving();
+    const bool atGoals = history_ != nullptr
+                             ? corners.settle(&history_->last->corners, static_cast<float>(history_->step))
+                             : corners.settle(nullptr, 1.0f);
+    const bool waiting = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.waits; });
+    out_.morphing = !atGoals || waiting;
   }
 
-  void remember() {
-    memory_->drawn.clear();
+  void remember(CutMemory& memory) {
+    memory.drawn.clear();
     for (const Node& node : nodes_) {
       if (!isDrawn(node)) continue;
-      memory_->drawn.emplace(node.id, CutMemory::Was::leaf);
+      memory.drawn.emplace(node.id, CutMemory::Was::leaf);
       for (int over = node.parent; over >= 0; over = at(over).parent) {
-        if (!memory_->drawn.emplace(at(over).id, CutMemory::Was::split).second) break;
+        if (!memory.drawn.emplace(at(over).id, CutMemory::Was::split).second) break;
       }
     }
   }
 
   void collect() {
     CornerLattice forgotten;
-    CornerLattice& corners = memory_ != nullptr ? memory_->corners : forgotten;
+    CornerLattice& corners = history_ != nullptr ? history_->now->corners : forgotten;
     if (options_.morph) settleCorners(corners);
     for (const Node& node : nodes_) {
       if (!isDrawn(node)) continue;
       SelectedTile tile{.id = node.id, .coarseEdges = coarseEdgesOf(node.id)};
       for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
-        tile.morph[q] = corners.valueAt(node.facts->corners[q], node.id.level);
+        tile.morph[q] = corners.valueAt(node.facts->corners.corners[q], node.id.level);
       out_.maxScreenError_px = std::max(out_.maxScreenError_px, drawnError_px(node, tile.morph));
       out_.drawn.push_back(tile);
     }
-    if (memory_ != nullptr) remember();
+    if (history_ != nullptr) remember(*history_->now);
     for (const auto& [id, priority] : wanted_)
       out_.wanted.push_back({.id = id, .priority = priority});
     std::sort(out_.wanted.begin(), out_.wanted.end(), [](const WantedTile& a, const WantedTile& b) {
@@ -320,7 +324,7 @@ class Cut {
   const CutOptions& options_;
   double occluderDepth_m_;
   TileTree& tree_;
-  CutMemory* memory_;
+  const CutHistory* history_;
   std::vector<Node> nodes_;  ///< the roots first, in their order
   std::size_t leaves_ = 0;
   std::priority_queue<Waiting> queue_;
@@ -335,8 +339,8 @@ double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
 }
 
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
-                 const CutOptions& options, double occluderDepth_m, TileTree& tree, CutMemory* memory) {
-  return Cut(tiling, ellipsoid, view, options, occluderDepth_m, tree, memory).run();
+                 const CutOptions& options, double occluderDepth_m, TileTree& tree, const CutHistory* history) {
+  return Cut(tiling, ellipsoid, view, options, occluderDepth_m, tree, history).run();
 }
 
 }  // namespace tellurion::scene

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -20,8 +21,11 @@ struct CutOptions {
   int maxTiles = 3000;
   /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
   bool morph = true;
-  /// The most that a morph value (0..1) may change from the last frame to this one: with a memory only.
-  double morphStep = 1.0;
+  /// Where the scene's clock stands. With it, what a jump would show (late data, tiles that come into the picture)
+  /// fades in over fade_s seconds from what was drawn at the last different time; without, nothing is remembered, and a
+  /// frame depends on its view alone.
+  std::optional<double> time_s;
+  double fade_s = 0.3;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -36,7 +40,7 @@ struct TileFacts {
   double error_m = 0.0;
   /// The side of one texel on the ground when there are finer pictures below, else 0.
   double texel_m = 0.0;
-  std::array<CornerKey, 4> corners{};  ///< known from the start
+  TileCorners corners;  ///< known from the start
 };
 
 /// Where select() finds its facts.
@@ -66,19 +70,21 @@ struct Selection {
   int culledFrustum = 0;
   int culledHorizon = 0;
   bool cappedByBudget = false;     ///< maxTiles left something coarser than the tolerance
-  bool morphing = false;           ///< some tile is still on its way to where it should be: with a memory only
+  bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn
 };
 
-/// What a view's last frame drew, for the next one to go on from without a jump.
+/// What a frame drew, for the next one to go on from without a jump.
 struct CutMemory {
   enum class Was : std::uint8_t { leaf, split };
   std::unordered_map<tiling::TileId, Was, tiling::TileIdHash> drawn;  ///< leaves that were drawn and what is over them
   CornerLattice corners;
-  void forget() {
-    drawn.clear();
-    corners.forget();
-  }
+};
+
+struct CutHistory {
+  const CutMemory* last = nullptr;  ///< not null
+  CutMemory* now = nullptr;         ///< not null; is overwritten
+  double step = 1.0;                ///< the most that a morph value (0..1) may have changed since
 };
 
 /// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
@@ -88,13 +94,13 @@ struct CutMemory {
 /// both taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
 /// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
-/// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `memory`, where it is given:
-/// then a tile that was drawn is split only once it has wholly left its parent's surface, and four children become their
-/// parent only once they are back on its.
-/// occluderDepth_m: how far below the ellipsoid the deepest ground of the body lies, >= 0 (horizon culling hides
-/// nothing behind ground that may not be there).
+/// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
+/// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
+/// become their parent only once they are back on its. occluderDepth_m: how far below the ellipsoid the deepest ground
+/// of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
-                 const CutOptions& options, double occluderDepth_m, TileTree& tree, CutMemory* memory = nullptr);
+                 const CutOptions& options, double occluderDepth_m, TileTree& tree,
+                 const CutHistory* history = nullptr);
 
 /// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
 /// as that.

@@ -37,7 +37,7 @@ class FakeTree final : public TileTree {
       found->second.drawable = loaded(id);
       found->second.box = estimatedBox(tiling_, kEarth, id, range);
       found->second.tightBox = found->second.box;
-      found->second.corners = cornerKeys(tiling_, id);
+      found->second.corners = tileCorners(tiling_, id);
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;
     }

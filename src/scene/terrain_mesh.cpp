@@ -282,8 +282,9 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
     mesh.coarseEdge[e] = writer.add(triangles.coarse[e]);
   const double reach_m = writer.reach_m();
   const double error_m = errorOf(triangles, grid) + errorWithinCells(tiling, ellipsoid, grid);
-  return {
-      .mesh = std::make_shared<const TerrainMesh>(std::move(mesh)), .box = boxOf(grid, error_m + reach_m), .error_m = error_m};
+  return {.mesh = std::make_shared<const TerrainMesh>(std::move(mesh)),
+          .box = boxOf(grid, error_m + reach_m),
+          .error_m = error_m};
 }
 
 }  // namespace tellurion::scene

@@ -54,8 +54,8 @@ struct MadeMesh {
 /// Makes a tile's triangles by right-triangle bisection: a sample is a vertex when leaving it out would move the ground
 /// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
 /// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
-/// tolerance: what a neighbour one level coarser has there. parent: the mesh that the tile morphs from; null: it does not.
-/// Thread-safe, pure but for the serial.
+/// tolerance: what a neighbour one level coarser has there. parent: the mesh that the tile morphs from; null: it does
+/// not. Thread-safe, pure but for the serial.
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
                          const TerrainMesh* parent = nullptr);
 
