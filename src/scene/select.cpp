@@ -159,7 +159,7 @@ class Cut {
   void collect() {
     for (const Node& node : nodes_) {
       if (node.firstChild >= 0 || !node.seen || !node.facts->drawable) continue;
-      out_.drawn.push_back({.id = node.id, .coarseEdges = coarseEdgesOf(node.id)});
+      out_.drawn.push_back({.id = node.id, .coarseEdges = coarseEdgesOf(node.id), .error_px = node.error_px});
       out_.maxScreenError_px = std::max(out_.maxScreenError_px, node.error_px);
     }
     for (const auto& [id, priority] : wanted_)

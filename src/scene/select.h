@@ -43,6 +43,7 @@ class TileTree {
 struct SelectedTile {
   tiling::TileId id;
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
+  double error_px = 0.0;         ///< its error_m as an angle from the eye
 };
 
 struct WantedTile {
