@@ -195,6 +195,48 @@ class Pictures:
         assert 0 <= figures["max_screen_error_px"] <= 1.0 and figures["frame_ms"] > 0
         assert sum(figures["tiles_a_level"]) == figures["tiles_drawn"]
 
+    def test_debug_views(self):
+        """Each changes the picture and neither its depth nor its tiles; the same picture comes back without them."""
+        depth, stats, drawn = self.work / "debug.tif", self.work / "debug.json", []
+        for views in ((), ("wireframe",), ("levels",), ("error",), ("boxes",), ("levels", "wireframe", "error", "boxes")):
+            out = self.work / f"debug{len(drawn)}.png"
+            asked = ("--debug", ",".join(views)) if views else ()
+            self.render("--size", "96x64", "-o", out, "--depth", depth, "--stats", stats, *asked)
+            figures = json.loads(stats.read_text())
+            drawn.append((png_pixels(out)[2], depth.read_bytes(), figures["tiles_a_level"], figures["triangles"]))
+            passes = len(views) - (1 if {"levels", "error"} <= set(views) else 0)
+            assert figures["draw_calls"] == 1 + passes, (views, figures["draw_calls"])
+        for i, one in enumerate(drawn):
+            assert one[1:] == drawn[0][1:], f"depth, tiles or triangles of view {i}"
+            assert all(one[0] != other[0] for other in drawn[:i]), f"view {i} is as one before"
+
+    def test_frozen_cut(self):
+        """The tiles of one camera, seen from another."""
+        def tiles(*words, **more):
+            stats = self.work / "frozen.json"
+            self.render("--size", "96x64", "-o", self.work / "frozen.png", "--stats", stats, *words, **more)
+            figures = json.loads(stats.read_text())
+            return figures["tiles_a_level"], figures["triangles"], png_pixels(self.work / "frozen.png")[2]
+        near, far = "10,20,900000,30,-60,0", "0,10,9000000,0,-90,0"
+        of_near, of_far, frozen = tiles(camera=near), tiles(camera=far), tiles("--freeze-at", near, camera=far)
+        assert of_near[:2] != of_far[:2], "the cameras do not differ enough for this test"
+        assert frozen[:2] == of_near[:2], f"not the tiles of the other camera: {frozen[:2]}, {of_near[:2]}"
+        assert frozen[2] not in (of_near[2], of_far[2])
+        assert any((255, 255, 255) in row for row in frozen[2]), "no line of the pyramid"
+
+    def test_debug_views_of_a_flight(self):
+        for name, words in (("plain", ()), ("tinted", ("--debug", "levels"))):
+            self.run("fly", self.database, "--path", self.path, "--fps", 2, "--size", "32x24", "-o", self.work / name, *words)
+        assert (self.work / "plain/frame_00001.png").read_bytes() != (self.work / "tinted/frame_00001.png").read_bytes()
+
+    def test_wrong_debug_views_are_told_with_the_right_ones(self):
+        out = self.work / "never.png"
+        for views in ("tiles", "levels,", "", "levels;error", "Levels"):
+            done = self.render("-o", out, "--debug", views, status=2)
+            assert all(view in done.stderr for view in ("wireframe", "levels", "error", "boxes")), done.stderr
+        self.render("-o", out, "--freeze-at", "1,2", status=2)
+        assert not out.exists()
+
     def test_wrong_use(self):
         out = self.work / "never.png"
         wrong = [("render", self.database, "-o", out), ("render", "--camera", "0,0,1e6", "-o", out),

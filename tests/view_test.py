@@ -316,6 +316,61 @@ def test_help(viewer):
     viewer.key("Escape")
 
 
+def window_picture(viewer, name):
+    path = os.path.join(viewer.folder, name)
+    subprocess.run(["import", "-window", viewer.window, path], env=viewer.environment, check=True)
+    return picture(path)[2]
+
+
+def test_debug_views(viewer):
+    """Each of the keys 1 to 4 changes the picture, and changes it back."""
+    viewer.key("Home")
+    viewer.wait_until_complete()
+    plain = picture(viewer.screenshot())[2]
+    seen = [plain]
+    for key in "1234":
+        viewer.key(key)
+        viewer.wait_until_complete()
+        shown = picture(viewer.screenshot())[2]
+        assert shown not in seen, f"key {key} shows nothing new"
+        seen.append(shown)
+        viewer.key(key)
+        viewer.wait_until_complete()
+        assert picture(viewer.screenshot())[2] == plain, f"key {key} leaves something behind"
+    blue = sum(1 for r, g, b in seen[3] if b > r + 60 or g > r + 60)  # of errors up to the tolerance
+    assert blue > 0.2 * len(plain), "no heat of the screen error"
+
+
+def test_frozen_cut(viewer):
+    """The eye moves on and away, the tiles stay, so ground is missing that was out of the first picture."""
+    viewer.key("Home")
+    viewer.wheel(20, (320, 240))
+    viewer.wait_until_complete()
+    viewer.key("f")
+    viewer.wheel(-20, (320, 240))
+    viewer.wait_until_complete()
+    frozen = picture(viewer.screenshot())[2]
+    assert (255, 255, 255) in frozen, "no pyramid of the frozen eye"
+    viewer.key("f")
+    viewer.wait_until_complete()
+    following = picture(viewer.screenshot())[2]
+    dark = [sum(1 for p in pixels if max(p) < 8) for pixels in (frozen, following)]
+    assert dark[0] > 1.2 * dark[1] + 5000, f"dark pixels: {dark}"
+
+
+def test_statistics(viewer):
+    """A table in the upper right corner."""
+    def bright(name):
+        pixels = window_picture(viewer, name)
+        return sum(1 for row in range(200) for col in range(SIZE[0] - 220, SIZE[0]) if min(pixels[row * SIZE[0] + col]) > 200)
+    viewer.wait_until_complete()
+    before = bright("without.png")
+    viewer.key("s")
+    viewer.wait_until_complete()
+    assert bright("with.png") > before + 1000, "no text in the corner"
+    viewer.key("s")
+
+
 def test_quit(viewer):
     viewer.key("q")
     assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
@@ -358,7 +413,8 @@ def run_all(program, source, folder):
         steps = [lambda: test_picture(viewer), lambda: test_window_shows_the_picture(viewer), lambda: test_pan(viewer),
                  lambda: test_wheel(viewer), lambda: test_look(viewer), lambda: test_orbit(viewer),
                  lambda: test_reset_and_north(viewer, start), lambda: test_terrain_is_never_entered(viewer, program),
-                 lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_quit(viewer)]
+                 lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_debug_views(viewer), lambda: test_frozen_cut(viewer),
+                 lambda: test_statistics(viewer), lambda: test_quit(viewer)]
         steps.append(lambda: test_low_start(program, display, folder, scene))
         steps.append(lambda: test_sigterm_closes_the_window(program, display, folder, scene, start))
         for step in steps:

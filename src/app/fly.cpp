@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/debug_options.h"
 #include "app/output_names.h"
 #include "app/progress.h"
 #include "app/studio.h"
@@ -23,6 +24,7 @@ constexpr int kMostFrames = 1'000'000;
 
 struct Arguments {
   PictureArguments picture;
+  DebugOptions debug;
   std::string path;
   std::string output;
   double fps = 30.0;
@@ -136,6 +138,7 @@ int frameCount(const scene::CameraPath& path, double fps) {
 
 io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& path, int frames, Studio& studio,
                            const FrameSink& sink) {
+  if (const auto shown = showDebug(arguments.debug, arguments.picture, studio); !shown) return shown;
   scene::Globe& globe = *studio.globe;
   const InterruptStop interrupt;
   BelowGround belowGround;
@@ -209,6 +212,7 @@ void addFly(CLI::App& program) {
   command->add_option("--timeout", arguments->timeout_s, "Seconds to wait for all that a frame needs")
       ->check(between(0.0, 1e6))
       ->capture_default_str();
+  addDebugOptions(*command, arguments->debug);
   command->footer(
       "Every frame waits for all that it needs, so the pictures are the same on every run. Frames that are in the "
       "folder already are\n"

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/debug_options.h"
 #include "app/frame_figures.h"
 #include "app/output_names.h"
 #include "app/progress.h"
@@ -15,6 +16,7 @@ namespace {
 
 struct Arguments {
   PictureArguments picture;
+  DebugOptions debug;
   std::string camera;
   std::string output;
   std::string depth;
@@ -71,6 +73,8 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
   checkOutputs(arguments);
   auto studio = openStudio(arguments.picture);
   if (!studio) return tl::unexpected(studio.error());
+  if (const auto shown = showDebug(arguments.debug, arguments.picture, *studio); !shown)
+    return tl::unexpected(shown.error());
   scene::Globe& globe = *studio->globe;
   const scene::View view = viewFor(arguments, globe.body().ellipsoid);
   const InterruptStop interrupt;
@@ -108,6 +112,7 @@ void addRender(CLI::App& program) {
   command->add_option("--timeout", arguments->timeout_s, "Seconds to wait for all that the view needs")
       ->check(between(0.0, 1e6))
       ->capture_default_str();
+  addDebugOptions(*command, arguments->debug);
   command->footer(
       "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n"
       "An eye below the ground gives a picture and a warning. Ctrl-C or SIGTERM stops without a picture.\n\n"

@@ -129,6 +129,12 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::screenshot:
     case ViewKey::quit:
     case ViewKey::escape:
+    case ViewKey::wireframe:
+    case ViewKey::levels:
+    case ViewKey::error:
+    case ViewKey::boxes:
+    case ViewKey::freeze:
+    case ViewKey::statistics:
       return false;
   }
   return false;

@@ -25,6 +25,12 @@ enum class ViewKey {
   screenshot,
   quit,
   escape,
+  wireframe,
+  levels,
+  error,
+  boxes,
+  freeze,
+  statistics,
 };
 
 struct Modifiers {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/view_panels.h"
+#include "app/view_statistics.h"
 #include "raster/image_file.h"
 #include "scene/drawn_ground.h"
 
@@ -127,6 +128,24 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::quit:
       window_.close();
       break;
+    case ViewKey::wireframe:
+      toggleDebugView(scene::DebugView::wireframe);
+      break;
+    case ViewKey::levels:
+      toggleDebugView(scene::DebugView::levels);
+      break;
+    case ViewKey::error:
+      toggleDebugView(scene::DebugView::error);
+      break;
+    case ViewKey::boxes:
+      toggleDebugView(scene::DebugView::boxes);
+      break;
+    case ViewKey::freeze:
+      toggleFrozenCut();
+      break;
+    case ViewKey::statistics:
+      statisticsShown_ = !statisticsShown_;
+      break;
     case ViewKey::plus:
     case ViewKey::minus:
     case ViewKey::left:
@@ -175,11 +194,9 @@ io::Result<void> ViewLoop::drawPicture() {
   }
   const auto begin = Clock::now();
   const scene::Frame& frame = frameAboveGround();
-  renderer_.draw(frame, *target_);
-  render::finish();
+  figures_ = drawMeasured(renderer_, *target_, frame);
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   setComplete(isSettled(frame));
-  tilesWanted_ = frame.statistics.tilesWanted;
   lastDrawn_ = Clock::now();
   pictureStale_ = false;
   arrivalsSeen_ = false;
@@ -199,11 +216,14 @@ void ViewLoop::drawPanels() {
   drawStatusLine(statusParts(), statusRight());
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
+  if (statisticsShown_) drawStatistics(statisticsLines(figures_));
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();
-  panelsStale_ = helpShown_ && !helpDrawn_;  // ImGui shows a window from its second frame on, when it knows its size
+  // ImGui shows a window from its second frame on, when it knows its size.
+  panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_);
   helpDrawn_ = helpShown_;
+  statisticsDrawn_ = statisticsShown_;
 }
 
 std::vector<std::string> ViewLoop::statusParts() const {
@@ -226,10 +246,32 @@ std::vector<std::string> ViewLoop::statusParts() const {
 
 std::string ViewLoop::statusRight() const {
   std::string text = fmt::format("{:.0f} ms", frame_ms_);
-  if (!complete_) text = fmt::format("loading {} tiles   ", tilesWanted_) + text;
+  if (!complete_) text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
+  if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
   return text + "   H: help";
+}
+
+/// The first time their shaders are compiled.
+bool ViewLoop::readyForDebugViews() {
+  const auto ready = renderer_.prepareDebugViews();
+  if (!ready) notify(io::describe(ready.error()));
+  return ready.has_value();
+}
+
+void ViewLoop::toggleDebugView(scene::DebugView view) {
+  if (!readyForDebugViews()) return;
+  globe_.debugViews().toggle(view);
+  pictureStale_ = true;
+}
+
+void ViewLoop::toggleFrozenCut() {
+  if (!readyForDebugViews()) return;
+  globe_.freezeCut(globe_.cutIsFrozen() ? std::nullopt : std::optional(controls_.view()));
+  notify(globe_.cutIsFrozen() ? "the cut is frozen: it stays while the eye moves on, F lets it follow again"
+                              : "the cut follows the eye again");
+  pictureStale_ = true;
 }
 
 // One line that --camera takes, exact to a tenth of a millimetre on Earth.

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <string>
 
+#include "app/frame_figures.h"
 #include "app/view_controls.h"
 #include "app/view_window.h"
 #include "render/renderer.h"
@@ -32,6 +33,9 @@ class ViewLoop {
   const scene::Frame& frameAboveGround();
   void drawPanels();
   void setComplete(bool complete);
+  void toggleDebugView(scene::DebugView view);
+  void toggleFrozenCut();
+  bool readyForDebugViews();
   void printCamera();
   void saveScreenshot();
   void reportFailures();
@@ -56,7 +60,9 @@ class ViewLoop {
   bool complete_ = false;
   bool helpShown_ = false;
   bool helpDrawn_ = false;
-  int tilesWanted_ = 0;
+  bool statisticsShown_ = false;
+  bool statisticsDrawn_ = false;
+  FrameFigures figures_;  ///< of the last picture
   double frame_ms_ = 0.0;
   std::size_t failuresReported_ = 0;
   std::string notice_;

@@ -12,6 +12,8 @@ constexpr ImU32 kBand = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 235, 235, 255);
 constexpr float kMargin = 6.0f;
 constexpr float kGap = 3.0f * kMargin;
+constexpr ImGuiWindowFlags kPanelFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
+                                         ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav;
 
 struct Control {
   const char* input;
@@ -30,6 +32,9 @@ constexpr std::array kControls{
     Control{"L", "light on or off"},
     Control{"C, P", "print the camera for --camera, and copy it"},
     Control{"F12", "save the picture as PNG"},
+    Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},
+    Control{"F", "freeze the cut, or let it follow the eye again"},
+    Control{"S, F3", "show or hide the statistics"},
     Control{"H, F1", "show or hide this help"},
     Control{"Q", "quit"},
 };
@@ -64,13 +69,31 @@ void drawNotice(const std::string& text) {
   drawText(x, 3.0f * kMargin, text);
 }
 
+void drawStatistics(std::span<const Figure> figures) {
+  ImGui::SetNextWindowPos(ImVec2(ImGui::GetIO().DisplaySize.x - kMargin, kMargin), ImGuiCond_Always,
+                          ImVec2(1.0f, 0.0f));
+  ImGui::SetNextWindowBgAlpha(0.8f);
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(kMargin, 1.0f));
+  if (ImGui::Begin("Statistics", nullptr, kPanelFlags) &&
+      ImGui::BeginTable("statistics", 2, ImGuiTableFlags_SizingFixedFit)) {
+    for (const Figure& figure : figures) {
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(figure.name);
+      ImGui::TableNextColumn();
+      ImGui::TextUnformatted(figure.value.c_str());
+    }
+    ImGui::EndTable();
+  }
+  ImGui::End();
+  ImGui::PopStyleVar();
+}
+
 void drawHelp() {
   const ImVec2 middle(ImGui::GetIO().DisplaySize.x / 2.0f, ImGui::GetIO().DisplaySize.y / 2.0f);
   ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5f, 0.5f));
   ImGui::SetNextWindowBgAlpha(0.8f);
-  constexpr ImGuiWindowFlags kFlags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
-                                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav;
-  if (ImGui::Begin("Controls", nullptr, kFlags) && ImGui::BeginTable("controls", 2, ImGuiTableFlags_SizingFixedFit)) {
+  if (ImGui::Begin("Controls", nullptr, kPanelFlags) &&
+      ImGui::BeginTable("controls", 2, ImGuiTableFlags_SizingFixedFit)) {
     for (const Control& control : kControls) {
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(control.input);

@@ -6,11 +6,13 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <vector>
 
 #include "raster/colour.h"
 #include "render/context.h"
+#include "render/debug_pass.h"
 #include "render/shader.h"
 #include "render/shader_texts.h"
 #include "render/terrain_pass.h"
@@ -139,6 +141,7 @@ struct Renderer::Parts {
   void orderTiles();
   void writeCommands(const SnappedEye& eye, RenderStatistics& statistics);
   void drawGroups(RenderStatistics& statistics);
+  void drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics);
   GLuint textureOf(const TexturePool& pool, std::uint32_t block) const;
 
   Program program;
@@ -149,6 +152,7 @@ struct Renderer::Parts {
   Buffer frameBlock;
   Buffer recordBuffer;
   Buffer commandBuffer;
+  std::optional<DebugPass> debug;  // once it was asked for
   std::uint64_t frameNumber = 0;
   // Kept from frame to frame only for their memory:
   std::vector<ResidentTile> tiles;
@@ -256,6 +260,20 @@ void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
   glBindVertexArray(0);
 }
 
+void Renderer::Parts::drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics) {
+  if (!debug || !(frame.debug.views.any() || frame.debug.frozenCut)) return;
+  statistics.drawCalls += debug->draw(frame,
+                                      {.vertexArray = geometry.vertexArray(),
+                                       .recordBinding = kRecordBinding,
+                                       .recordBuffer = recordBuffer.name(),
+                                       .commandBuffer = commandBuffer.name(),
+                                       .frameBlock = frameBlock.name(),
+                                       .commands = commands.size(),
+                                       .tiles = tiles,
+                                       .records = records},
+                                      target);
+}
+
 Renderer::Renderer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
@@ -283,9 +301,18 @@ RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& t
   clear(frame, target.framebuffer());
   p.writeCommands(eye, statistics);
   p.drawGroups(statistics);
+  p.drawDebug(frame, target, statistics);
   statistics.gpuBytes = p.geometry.bytes() + p.colours.bytes() + p.reliefs.bytes();
   statistics.submit_ms = millisecondsSince(submitStart);
   return statistics;
+}
+
+io::Result<void> Renderer::prepareDebugViews() {
+  if (parts_->debug) return {};
+  auto pass = DebugPass::create();
+  if (!pass) return tl::unexpected(pass.error());
+  parts_->debug = std::move(*pass);
+  return {};
 }
 
 void finish() {

@@ -47,6 +47,9 @@ class Renderer {
   /// viewport; when it is not, the picture is stretched. Sets all the OpenGL state that it needs and leaves it so.
   RenderStatistics draw(const scene::Frame& frame, const RenderTarget& target);
 
+  /// Compiles the shaders of the debug views, once. Until then draw() does not look at Frame::debug.
+  io::Result<void> prepareDebugViews();
+
  private:
   struct Parts;
   explicit Renderer(std::unique_ptr<Parts> parts);

@@ -11,5 +11,8 @@ extern const std::string_view frame_block;
 extern const std::string_view lighting;
 extern const std::string_view terrain_vert;
 extern const std::string_view terrain_frag;
+extern const std::string_view debug_tiles_frag;
+extern const std::string_view debug_lines_vert;
+extern const std::string_view debug_lines_frag;
 
 }  // namespace tellurion::render::shaders

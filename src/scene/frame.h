@@ -7,6 +7,7 @@
 
 #include "raster/raster.h"
 #include "scene/camera.h"
+#include "scene/debug_view.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -76,6 +77,7 @@ struct DrawnTile {
   /// 128 + 127 v, so that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
   std::shared_ptr<const TextureImage> relief;
   TextureWindow reliefWindow;
+  double error_px = 0.0;  ///< screen error in the view of the cut
 };
 
 struct Light {
@@ -109,6 +111,7 @@ struct Frame {
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;
+  DebugOverlay debug;  ///< nothing unless asked for
 };
 
 }  // namespace tellurion::scene

@@ -155,6 +155,7 @@ struct Globe::State final : public TileTree {
   void submit(const WantedTile& wanted, TileRecord& record);
   void cancelUnwanted();
   void fillFrame(const View& view, const Selection& selection);
+  void fillDebug(const CutOptions& options);
   DrawnTile drawn(const SelectedTile& tile);
   void evict();
   Light lightFor(const View& view) const;
@@ -269,7 +270,8 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile) {
                 .coarseEdges = tile.coarseEdges,
                 .morph = tile.morph,
                 .colour = content.colour,
-                .relief = content.relief};
+                .relief = content.relief,
+                .error_px = tile.error_px};
   if (out.colour) out.colourWindow = windowIn(tile.id, content.colourLevel, maker.colours.pixels(), raster::kGutter);
   if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
   return out;
@@ -308,6 +310,15 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
     s.cpuCacheBytes += layer->bytes();
   s.requests = ledger->requests();
   s.failedRequests = failures.size();
+}
+
+void Globe::State::fillDebug(const CutOptions& options) {
+  DebugOverlay& debug = frame.debug;
+  debug.tolerance_px = options.tolerance_px;
+  debug.boxes.clear();
+  if (!debug.views.has(DebugView::boxes)) return;
+  for (const DrawnTile& tile : frame.tiles)
+    debug.boxes.push_back(record(tile.id).facts.tightBox);
 }
 
 void Globe::State::evict() {
@@ -384,6 +395,17 @@ Lighting& Globe::lighting() {
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;
 }
+DebugViews& Globe::debugViews() {
+  return state_->frame.debug.views;
+}
+void Globe::freezeCut(const std::optional<View>& at) {
+  DebugOverlay& debug = state_->frame.debug;
+  debug.frozenCut = at;
+  if (at) debug.frozenPyramid = pyramidOf(*at, state_->maker.ellipsoid);
+}
+bool Globe::cutIsFrozen() const {
+  return state_->frame.debug.frozenCut.has_value();
+}
 const std::vector<io::Failure>& Globe::failures() const {
   return state_->failures;
 }
@@ -393,10 +415,13 @@ const Frame& Globe::update(const View& view, const CutOptions& options) {
   State& s = *state_;
   ++s.updates;
   s.receive();
+  const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const CutHistory* history = s.historyAt(options);
-  const Selection selection = select(s.maker.tiling, s.maker.ellipsoid, view, options, s.occluderDepth_m(), s, history);
+  const Selection selection =
+      select(s.maker.tiling, s.maker.ellipsoid, cutView, options, s.occluderDepth_m(), s, history);
   s.request(selection.wanted);
   s.fillFrame(view, selection);
+  s.fillDebug(options);
   s.evict();
   s.frame.statistics.update_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   return s.frame;

@@ -56,6 +56,12 @@ class Globe {
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
+  DebugViews& debugViews();  ///< likewise
+
+  /// From the next update on the cut stays: tiles are chosen, and loaded, for this view, whatever view is drawn;
+  /// nothing lets it follow the eye again.
+  void freezeCut(const std::optional<View>& at);
+  bool cutIsFrozen() const;
 
   /// What to draw for this view out of what is loaded, whole at any time; asks the workers for what is missing. Never
   /// blocks. The frame stays valid, and its meshes and pictures alive, until the next call.

@@ -305,7 +305,8 @@ class Cut {
       SelectedTile tile{.id = node.id, .coarseEdges = coarseEdgesOf(node.id)};
       for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
         tile.morph[q] = corners.valueAt(node.facts->corners.corners[q], node.id.level);
-      out_.maxScreenError_px = std::max(out_.maxScreenError_px, drawnError_px(node, tile.morph));
+      tile.error_px = drawnError_px(node, tile.morph);
+      out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
       out_.drawn.push_back(tile);
     }
     if (history_ != nullptr) remember(*history_->now);

@@ -55,6 +55,7 @@ struct SelectedTile {
   tiling::TileId id;
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
+  double error_px = 0.0;  ///< the most that what is drawn of it is off, from the eye
 };
 
 struct WantedTile {
