@@ -39,7 +39,9 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
   for (scene::CameraPath::Seconds now{}; now <= path.duration() && !stop.stop_requested(); now = Clock::now() - start) {
     const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
                                            picture.verticalFov(), picture.viewport());
-    frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, picture.cut())));
+    scene::CutOptions cut = picture.cut();
+    cut.time_s = now.count();
+    frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut)));
     frames.back().time_s = now.count();
     line.show(static_cast<std::uint64_t>(now.count() * 1000),
               static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");

@@ -147,7 +147,9 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
     const scene::View view =
         scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
-    const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cut(),
+    scene::CutOptions cut = arguments.picture.cut();
+    cut.time_s = number / arguments.fps;
+    const scene::Frame& frame = settledFrame(globe, view, cut,
                                              std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
     if (interrupt.token().stop_requested())
       return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));

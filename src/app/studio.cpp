@@ -73,6 +73,13 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
       ->capture_default_str();
   command.add_option("--background", arguments.background, "Colour of the sky, RRGGBB; else what the scene says")
       ->check(colourProblem);
+  command
+      .add_option("--exaggeration", arguments.exaggeration,
+                  "Draw heights above the ellipsoid this many times as high; 0 is a smooth body")
+      ->check(between(0.0, 100.0))
+      ->capture_default_str();
+  command.add_flag("--no-morph", arguments.noMorph,
+                   "Let ground pop to finer levels instead of growing into them (for comparison)");
 }
 
 CLI::Validator between(double low, double high) {
@@ -93,6 +100,7 @@ io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, c
   BuildLines lines;
   auto globe = scene::Globe::open(scene, {}, std::ref(lines));
   if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
+  if (globe) (*globe)->exaggeration() = arguments.exaggeration;
   return globe;
 }
 

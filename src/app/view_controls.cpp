@@ -134,6 +134,8 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::error:
     case ViewKey::boxes:
     case ViewKey::freeze:
+    case ViewKey::higher:
+    case ViewKey::lower:
     case ViewKey::statistics:
       return false;
   }

@@ -31,6 +31,8 @@ enum class ViewKey {
   boxes,
   freeze,
   statistics,
+  higher,
+  lower,
 };
 
 struct Modifiers {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -20,6 +21,7 @@ constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
 constexpr double kArrivalsGap_ms = 50.0;
+constexpr double kLongestStep_s = 0.05;  ///< of the clock by which late data fade in
 constexpr int kMostRaises = 4;
 constexpr int kMostScreenshots = 100000;
 
@@ -143,6 +145,10 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::freeze:
       toggleFrozenCut();
       break;
+    case ViewKey::higher:
+    case ViewKey::lower:
+      exaggerate(key == ViewKey::higher);
+      break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
       break;
@@ -193,12 +199,15 @@ io::Result<void> ViewLoop::drawPicture() {
     target_ = std::move(*target);
   }
   const auto begin = Clock::now();
+  // A clock that stands while nothing is drawn: what comes after a rest fades in like everything else.
+  const double since_s = std::chrono::duration<double>(begin - lastDrawn_).count();
+  cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s);
   const scene::Frame& frame = frameAboveGround();
   figures_ = drawMeasured(renderer_, *target_, frame);
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   setComplete(isSettled(frame));
   lastDrawn_ = Clock::now();
-  pictureStale_ = false;
+  pictureStale_ = frame.morphing;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
@@ -271,6 +280,20 @@ void ViewLoop::toggleFrozenCut() {
   globe_.freezeCut(globe_.cutIsFrozen() ? std::nullopt : std::optional(controls_.view()));
   notify(globe_.cutIsFrozen() ? "the cut is frozen: it stays while the eye moves on, F lets it follow again"
                               : "the cut follows the eye again");
+  pictureStale_ = true;
+}
+
+void ViewLoop::exaggerate(bool more) {
+  constexpr std::array kSteps{0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0};
+  double& exaggeration = globe_.exaggeration();
+  if (more) {
+    const auto* next = std::ranges::upper_bound(kSteps, exaggeration);
+    if (next != kSteps.end()) exaggeration = *next;
+  } else {
+    const auto* next = std::ranges::lower_bound(kSteps, exaggeration);
+    if (next != kSteps.begin()) exaggeration = *(next - 1);
+  }
+  notify(fmt::format("heights are drawn {} times as high", exaggeration));
   pictureStale_ = true;
 }
 

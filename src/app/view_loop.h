@@ -35,6 +35,7 @@ class ViewLoop {
   void setComplete(bool complete);
   void toggleDebugView(scene::DebugView view);
   void toggleFrozenCut();
+  void exaggerate(bool more);
   bool readyForDebugViews();
   void printCamera();
   void saveScreenshot();

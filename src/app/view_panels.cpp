@@ -30,6 +30,7 @@ constexpr std::array kControls{
     Control{"N", "north up"},
     Control{"R, Home", "back to the first view"},
     Control{"L", "light on or off"},
+    Control{". and ,", "draw heights higher or lower"},
     Control{"C, P", "print the camera for --camera, and copy it"},
     Control{"F12", "save the picture as PNG"},
     Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},

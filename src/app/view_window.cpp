@@ -85,7 +85,7 @@ void onScroll(GLFWwindow* window, double, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 28> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 30> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},    {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},   {GLFW_KEY_KP_SUBTRACT, ViewKey::minus},
       {GLFW_KEY_LEFT, ViewKey::left},     {GLFW_KEY_RIGHT, ViewKey::right},
@@ -99,6 +99,7 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_P, ViewKey::printCamera}, {GLFW_KEY_1, ViewKey::wireframe},
       {GLFW_KEY_2, ViewKey::levels},      {GLFW_KEY_3, ViewKey::error},
       {GLFW_KEY_4, ViewKey::boxes},       {GLFW_KEY_F, ViewKey::freeze},
+      {GLFW_KEY_PERIOD, ViewKey::higher}, {GLFW_KEY_COMMA, ViewKey::lower},
       {GLFW_KEY_S, ViewKey::statistics},  {GLFW_KEY_F3, ViewKey::statistics},
   }};
   const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });

@@ -66,6 +66,7 @@ struct Job {
 
 struct TileRecord {
   TileFacts facts;
+  double exaggeration = 1.0;  ///< that facts were made for
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<Job> job;      ///< asked for and not here yet
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
@@ -129,25 +130,20 @@ struct Globe::State final : public TileTree {
   const TileFacts* facts(const tiling::TileId& id) override {
     TileRecord& r = record(id);
     r.lastUse = updates;
+    if (r.exaggeration != frame.exaggeration) makeFacts(id, r);
     return &r.facts;
   }
 
   TileRecord& record(const tiling::TileId& id) {
     const auto [found, isNew] = records.try_emplace(id);
     if (isNew) {
-      HeightRange range = unknownRange(maker.ellipsoid);
-      if (id.level > 0) {
-        const auto parent = records.find(id.parent());
-        if (parent != records.end() && parent->second.content) {
-          range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
-        }
-      }
-      found->second.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, range);
       found->second.facts.corners = tileCorners(maker.tiling, id);
+      makeFacts(id, found->second);
     }
     return found->second;
   }
 
+  void makeFacts(const tiling::TileId& id, TileRecord& r) const;
   void receive();
   const CutHistory* historyAt(const CutOptions& options);
   double occluderDepth_m() const;
@@ -180,18 +176,45 @@ struct Globe::State final : public TileTree {
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
+/// Heights as they are drawn.
+HeightRange exaggerated(const HeightRange& range, double exaggeration) {
+  return {.low_m = range.low_m * exaggeration, .high_m = range.high_m * exaggeration};
+}
+
+/// What a record says of its tile: from its own content, and its box, which must not depend on that, from its parent's.
+void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
+  r.exaggeration = frame.exaggeration;
+  const double more = std::max(1.0, r.exaggeration);
+  HeightRange range = unknownRange(maker.ellipsoid);
+  if (id.level > 0) {
+    const auto parent = records.find(id.parent());
+    if (parent != records.end() && parent->second.content)
+      range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
+  }
+  r.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, exaggerated(range, r.exaggeration));
+  if (!r.content) return;
+  const TileContent& content = *r.content;
+  r.facts.drawable = true;
+  r.facts.error_m = content.error_m * more;
+  r.facts.texel_m = content.texel_m;
+  r.facts.tightBox = content.box;
+  if (r.exaggeration != 1.0) {
+    HeightRange drawn = exaggerated(content.range, r.exaggeration);
+    drawn.low_m -= r.facts.error_m;
+    drawn.high_m += r.facts.error_m;
+    r.facts.tightBox = estimatedBox(maker.tiling, maker.ellipsoid, id, drawn);
+  }
+  // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
+  // when they came.
+  if (id.level == 0) r.facts.box = r.facts.tightBox;
+}
+
 void Globe::State::receive() {
   for (Arrival& arrival : arrivals.take()) {
     TileRecord& r = record(arrival.id);
     r.job.reset();
     r.content = std::move(arrival.content);
-    r.facts.drawable = true;
-    r.facts.tightBox = r.content->box;
-    // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
-    // when they came.
-    if (arrival.id.level == 0) r.facts.box = r.content->box;
-    r.facts.error_m = r.content->error_m;
-    r.facts.texel_m = r.content->texel_m;
+    makeFacts(arrival.id, r);
     r.lastUse = updates;
     contentBytes += r.content->bytes;
   }
@@ -225,7 +248,7 @@ double Globe::State::occluderDepth_m() const {
     const bool known = found != records.end() && found->second.content;
     lowest_m = std::min(lowest_m, (known ? found->second.content->range : unknownRange(maker.ellipsoid)).low_m);
   }
-  return -lowest_m;
+  return -lowest_m * frame.exaggeration;
 }
 
 void Globe::State::submit(const WantedTile& wanted, TileRecord& r) {
@@ -395,6 +418,9 @@ Lighting& Globe::lighting() {
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;
 }
+double& Globe::exaggeration() {
+  return state_->frame.exaggeration;
+}
 DebugViews& Globe::debugViews() {
   return state_->frame.debug.views;
 }
@@ -443,7 +469,8 @@ std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
                             index(p.v)};
     const auto found = state_->records.find(id);
     if (found == state_->records.end() || !found->second.content) return height_m;
-    height_m = heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
+    height_m = state_->frame.exaggeration *
+               heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
   }
   return height_m;
 }

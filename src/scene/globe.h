@@ -56,6 +56,9 @@ class Globe {
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
+  /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first. May
+  /// be changed at any time.
+  double& exaggeration();
   DebugViews& debugViews();  ///< likewise
 
   /// From the next update on the cut stays: tiles are chosen, and loaded, for this view, whatever view is drawn;
@@ -71,7 +74,7 @@ class Globe {
   /// has, or nothing is on its way.
   bool waitForArrivals(std::chrono::milliseconds timeout);
 
-  /// Height in metres above the ellipsoid of the finest loaded ground there, bilinear between its samples (where
+  /// Height in metres above the ellipsoid, exaggerated as drawn, of the finest loaded ground there, bilinear between its samples (where
   /// there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
   std::optional<double> groundHeight_m(const geo::Direction& d) const;
 

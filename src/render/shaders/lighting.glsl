@@ -9,5 +9,11 @@ vec3 litGround(vec3 albedo, float nightLights, vec3 normal_body, vec3 up_body, v
   return albedo * (ambient + (1.0 - ambient) * sunlight) + lamps;
 }
 
+// The normal of ground whose heights are drawn `exaggeration` times as high: slopes grow with it.
+vec3 exaggeratedNormal(vec3 normal, vec3 up, float exaggeration) {
+  vec3 upright = up * dot(normal, up);
+  return normalize(upright + (normal - upright) * exaggeration);
+}
+
 // Relief texels hold 128 + 127 v, so that 128 is exactly no relief.
 vec3 reliefFromTexel(vec3 texel) { return (texel * 255.0 - 128.0) / 127.0; }

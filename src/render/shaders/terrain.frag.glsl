@@ -13,7 +13,7 @@ void main() {
   vec3 albedo = texel.rgb * plainColour.a + plainColour.rgb;
   vec3 relief = reliefFromTexel(texture(reliefs, vec3(textureCoordinates.zw, float(textureLayers.y))).xyz);
   vec3 up_body = normalize(upInterpolated_body);
-  vec3 normal_body = normalize(up_body + relief * float(textureLayers.y >= 0));
+  vec3 normal_body = exaggeratedNormal(up_body + relief * float(textureLayers.y >= 0), up_body, switches.y + 1.0);
   vec3 lit = litGround(albedo, texel.a * plainColour.a, normal_body, up_body, toSun_body.xyz, toSun_body.w);
   colour = vec4(mix(albedo, lit, switches.x), 1.0);
 }
