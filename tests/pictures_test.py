@@ -12,6 +12,7 @@ import pathlib
 import re
 import shutil
 import signal
+import sqlite3
 import struct
 import subprocess
 import sys
@@ -320,6 +321,22 @@ class Pictures:
             done = self.run(*words, status=1)
             assert named in done.stderr, f"{words}: the message does not name {named}: {done.stderr}"
         assert not list(self.work.glob("*.part")), "a temporary file is left"
+
+    def test_a_missing_root_is_a_failure(self):
+        damaged = self.work / "rootless.tdb"
+        shutil.copyfile(self.database, damaged)
+        database = sqlite3.connect(damaged)
+        gone = database.execute("DELETE FROM tiles WHERE level = 0").rowcount
+        database.commit()
+        database.close()
+        assert gone == 6, gone
+        out, stats = self.work / "rootless.png", self.work / "rootless.json"
+        done = self.render("--size", "32x24", "-o", out, "--stats", stats, scene=damaged, status=1)
+        assert "rootless.tdb: tile 0/" in done.stderr and "is missing" in done.stderr, done.stderr
+        figures = json.loads(stats.read_text())
+        assert figures["complete"] is False and figures["failed_requests"] == 6, figures
+        done = subprocess.run([self.program, "query", damaged], input="0 0\n", capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 1 and done.stdout == "error\n" and "is missing" in done.stderr, done
 
     def test_timeout(self):
         out = self.work / "hurried.png"
