@@ -282,6 +282,7 @@ class Pictures:
             assert done.returncode == 1 and "stopped after" in done.stderr, done
             done = stopped(number, self.program, *bench)
             assert done.returncode == 0 and "stopped after" in done.stderr and "frame_ms_p50" in done.stdout, done
+            assert re.search(r"^stopped +true$", done.stdout, re.MULTILINE), done.stdout
         done = stopped(signal.SIGTERM, self.program, *fly, self.work / "stopped.mp4")
         assert done.returncode == 1, done
         assert not list(self.work.glob("stopped.mp4*")), "a temporary file is left"
@@ -384,6 +385,7 @@ class Pictures:
         assert all(sum(int(v) for k, v in row.items() if k.startswith("level_")) == int(row["tiles_drawn"]) for row in rows)
         summary = json.loads(self.run(*words, "--json").stdout)
         assert summary["frames"] > 0 and summary["failed_requests"] == 0
+        assert summary["stopped"] is False and 0 <= summary["played_s"] <= summary["path_s"] == 0.5, summary
         assert summary["frame_ms_p50"] <= summary["frame_ms_p90"] <= summary["frame_ms_p99"] <= summary["frame_ms_max"]
 
 

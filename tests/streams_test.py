@@ -40,7 +40,7 @@ class Streams(unittest.TestCase):
     def test_descriptions_and_reports_on_a_full_disk_are_told(self):
         if not os.path.exists("/dev/full"):
             self.skipTest("no /dev/full")
-        for words in (("info",), ("info", "--json")):
+        for words in (("info",), ("info", "--json"), ("verify",), ("verify", "--json")):
             with open("/dev/full", "wb") as full:
                 done = subprocess.run([self.program, *words, self.database], stdout=full, stderr=subprocess.PIPE, timeout=60)
             self.assertEqual(done.returncode, 1, words)

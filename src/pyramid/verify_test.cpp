@@ -245,6 +245,31 @@ TEST_F(VerifyPyramid, AbsurdSizesFailTileByTile) {
   }
 }
 
+TEST_F(VerifyPyramid, StopsWhenAsked) {
+  std::stop_source before;
+  before.request_stop();
+  const auto none = verifyPyramid(*folder_ / "globe.tdb", {}, {}, before.get_token());
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, Code::cancelled);
+  EXPECT_NE(none.error().message.find("0 tiles"), std::string::npos) << none.error().message;
+  // In the middle of the walk: what SQLite then says of its interrupted statement is no fault of the file.
+  writeElevation(*folder_ / "fine.tif", degreesGrid(-180, -90, 180, 90, 1440, 720),
+                 [](int c, int r) { return std::round(hills(89.875 - r * 0.25, -179.875 + c * 0.25)); });
+  BuildOptions fine;
+  fine.output = *folder_ / "fine.tdb";
+  fine.inputs = {(*folder_ / "fine.tif").string()};
+  const auto reader = builtPyramid(fine);
+  ASSERT_NE(reader, nullptr);
+  ASSERT_GT(storedTiles(*reader).size(), 64u);  // progress is told of every 64 tiles
+  std::stop_source during;
+  const auto some = verifyPyramid(
+      *folder_ / "fine.tdb", {}, [&](std::uint64_t, std::uint64_t) { during.request_stop(); }, during.get_token());
+  ASSERT_FALSE(some);
+  EXPECT_EQ(some.error().code, Code::cancelled);
+  EXPECT_NE(some.error().message.find("64 tiles"), std::string::npos) << some.error().message;
+  EXPECT_NE(some.error().message.find("0 faults"), std::string::npos) << some.error().message;
+}
+
 TEST_F(VerifyPyramid, AMissingRootIsAFailureToReadersToo) {
   for (const char* const name : {"globe.tdb", "colour.tdb"}) {
     const fs::path path = copyOf(name);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 #include "raster/tile_source.h"
@@ -14,8 +15,9 @@ inline constexpr double kWarningShare = -1.0;
 /// Opens the sources of all layers of a scene. Rasters are built into tile databases in the cache folder first, unless
 /// one that was built from the same files (path, size, time of change; side files too) for the same tiling and body, by
 /// the same version of the builder, is there and opens. While another program builds the same one, this one waits. A
-/// raster whose spatial reference names another body than the scene's is a failure.
-io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress);
+/// raster whose spatial reference names another body than the scene's is a failure. A stop asked for while rasters are
+/// built, or waited for, gives Failure::Code::cancelled that names the raster; the next call goes on where it was.
+io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop = {});
 
 /// Whether a source is a tile database, by its name.
 bool isTileDatabase(const std::string& path);
