@@ -309,7 +309,7 @@ class Pictures:
             (("render", self.work / "absent.tdb", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.work / "broken.toml", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.path, "--camera", "0,0,1e6", "-o", out), "path.csv"),
-            (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), "absent"),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), f" {nothing}: "),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--depth", nowhere), "absent"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--stats", nowhere), "absent"),
             ((*fly, "--path", self.work / "broken.csv", "-o", self.work / "never"), "broken.csv"),
