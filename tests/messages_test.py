@@ -80,6 +80,11 @@ class Messages(unittest.TestCase):
         scene.write_text('[[imagery]]\nsource = "absent.tif"\n')
         self.assertNotIn("tellurion build", self.refused(1, view, "absent.tif"))
 
+    def test_lists_of_layers_with_a_gap(self):
+        for name in (f"{self.database},", f",{self.database}", f"{self.database},,{self.database}", ","):
+            self.refused(1, ("render", name, "--camera", "0,0,1e6", "-o", self.work / "x.png"), name, "comma")
+        self.refused(1, ("render", "", "--camera", "0,0,1e6", "-o", self.work / "x.png"), "no name")
+
     def test_a_signal_while_a_scenes_raster_is_built(self):
         """The program says so, ends with status 1, and no half database passes for a whole one."""
         path = self.work / "path.csv"
@@ -144,6 +149,9 @@ class Messages(unittest.TestCase):
         told = self.refused(1, ("info", f"{half}.part"), "unfinished build", "--max-level")
         command = told.split("'")[1]
         self.refused(1, ("info", half), f"{half}.part")
+        view = ("--camera", "0,0,1e6", "-o", self.work / "x.png")
+        self.refused(1, ("render", f"{half}.part", *view), f"{half}.part", "unfinished build", command)
+        self.refused(1, ("render", half, *view), f"{half}.part")
         environment = {**os.environ, "PATH": f"{pathlib.Path(self.program).resolve().parent}:{os.environ['PATH']}"}
         subprocess.run(command, shell=True, check=True, env=environment, capture_output=True)
         self.assertEqual(whole.read_bytes(), half.read_bytes())

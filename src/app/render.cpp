@@ -98,7 +98,7 @@ void addRender(CLI::App& program) {
       ->add_option(
           "--camera", arguments->camera,
           "LAT,LON,HEIGHT,HEADING,PITCH,ROLL: degrees, and metres above the ellipsoid; heading clockwise from north, "
-          "pitch 0 at the horizon and -90 straight down")
+          "pitch 0 at the horizon and -90 straight down; the last ones may be left out: HEADING 0, PITCH -90, ROLL 0")
       ->required()
       ->check(cameraProblem);
   command->add_option("-o,--output", arguments->output, "The PNG to write; its name ends in .png")->required();

@@ -55,7 +55,8 @@ void addView(CLI::App& program) {
   addPictureArguments(*command, arguments->picture);
   command
       ->add_option("--camera", arguments->camera,
-                   "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres; else above the data")
+                   "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres, of which the last ones may be left out "
+                   "(HEADING 0, PITCH -90, ROLL 0); without it, above the data")
       ->check(cameraProblem);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"

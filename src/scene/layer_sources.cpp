@@ -12,6 +12,7 @@
 #include <string_view>
 #include <thread>
 
+#include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
 #include "raster/raster_file.h"
@@ -133,7 +134,7 @@ io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind,
 }  // namespace
 
 bool isTileDatabase(const std::string& path) {
-  return fs::path(path).extension() == ".tdb";
+  return fs::path(path).extension() == ".tdb" || pyramid::isTileDatabaseFile(path);
 }
 
 fs::path cacheFolder() {

@@ -19,7 +19,7 @@ inline constexpr double kWarningShare = -1.0;
 /// built, or waited for, gives Failure::Code::cancelled that names the raster; the next call goes on where it was.
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop = {});
 
-/// Whether a source is a tile database, by its name.
+/// Whether a source is a tile database, finished or not: by its name, else by its first bytes.
 bool isTileDatabase(const std::string& path);
 
 /// $XDG_CACHE_HOME/tellurion, else ~/.cache/tellurion, else a folder of that name in the temporary folder.

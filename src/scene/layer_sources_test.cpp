@@ -157,6 +157,17 @@ TEST_F(LayerSources, warningsOfABuildAreHandedOn) {
   EXPECT_GT(warnings, 0);
 }
 
+TEST_F(LayerSources, databasesAreKnownByTheirFirstBytesToo) {
+  const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
+  ASSERT_TRUE(openLayers(scene, {}));
+  for (const auto& entry : fs::directory_iterator(cacheFolder())) {
+    if (entry.path().extension() == ".tdb") fs::rename(entry.path(), folder / "named.otherwise");
+  }
+  const auto renamed = openScene((folder / "named.otherwise").string());
+  ASSERT_TRUE(renamed) << io::describe(renamed.error());
+  ASSERT_TRUE(openLayers(*renamed, [](std::string_view, double) { FAIL() << "built"; }));
+}
+
 TEST_F(LayerSources, whatIsNoRasterIsAFailureThatNamesIt) {
   const std::string path = (folder / "text.tif").string();
   std::ofstream(path) << "not a raster";
