@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import unittest
+import unittest.mock
 
 from pictures_test import stopped
 
@@ -79,6 +80,37 @@ class Messages(unittest.TestCase):
         scene.write_text('[[imagery]]\nsource = "absent.tif"\n')
         self.assertNotIn("tellurion build", self.refused(1, view, "absent.tif"))
 
+    def test_lists_of_layers_with_a_gap(self):
+        for name in (f"{self.database},", f",{self.database}", f"{self.database},,{self.database}", ","):
+            self.refused(1, ("render", name, "--camera", "0,0,1e6", "-o", self.work / "x.png"), name, "comma")
+        self.refused(1, ("render", "", "--camera", "0,0,1e6", "-o", self.work / "x.png"), "no name")
+
+    def test_a_signal_while_a_scenes_raster_is_built(self):
+        """The program says so, ends with status 1, and no half database passes for a whole one."""
+        path = self.work / "path.csv"
+        path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n0,0,0,4e6,0,-90,0\n1,0,9,4e6,0,-90,0\n")
+        calls = {"render": ("--camera", "0,0,1e6", "-o", self.work / "signal.png"), "bench": ("--path", path, "--json"),
+                 "fly": ("--path", path, "-o", self.work / "signal")}
+        for number, (command, words) in zip((signal.SIGINT, signal.SIGTERM, signal.SIGHUP), calls.items()):
+            cache = self.work / f"cache_{command}"
+            with unittest.mock.patch.dict(os.environ, XDG_CACHE_HOME=str(cache)):
+                done = stopped(number, self.program, command, self.earth, *words)
+            self.assertEqual(done.returncode, 1, done)
+            self.assertIn(f"{self.earth}: stopped", done.stderr)
+            self.assertIn("goes on where it was", done.stderr)
+            self.assertEqual(done.stdout, "")
+            self.assertEqual(list((cache / "tellurion").glob("*.tdb")), [])
+        self.assertFalse((self.work / "signal.png").exists())
+
+    def test_a_signal_ends_verify(self):
+        for _ in range(10):  # a check that is over first is no fault
+            done = stopped(signal.SIGTERM, self.program, "verify", self.database)
+            if done.returncode != 0:
+                break
+        self.assertEqual(done.returncode, 1, done)
+        self.assertIn("stopped before the end", done.stderr)
+        self.assertEqual(done.stdout, "")
+
     def test_online_sources(self):
         scene = self.work / "online.toml"
         scene.write_text('[[imagery]]\nsource = "https://example.org/wms"\n')
@@ -117,6 +149,9 @@ class Messages(unittest.TestCase):
         told = self.refused(1, ("info", f"{half}.part"), "unfinished build", "--max-level")
         command = told.split("'")[1]
         self.refused(1, ("info", half), f"{half}.part")
+        view = ("--camera", "0,0,1e6", "-o", self.work / "x.png")
+        self.refused(1, ("render", f"{half}.part", *view), f"{half}.part", "unfinished build", command)
+        self.refused(1, ("render", half, *view), f"{half}.part")
         environment = {**os.environ, "PATH": f"{pathlib.Path(self.program).resolve().parent}:{os.environ['PATH']}"}
         subprocess.run(command, shell=True, check=True, env=environment, capture_output=True)
         self.assertEqual(whole.read_bytes(), half.read_bytes())

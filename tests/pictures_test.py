@@ -12,6 +12,7 @@ import pathlib
 import re
 import shutil
 import signal
+import sqlite3
 import struct
 import subprocess
 import sys
@@ -323,6 +324,7 @@ class Pictures:
             assert done.returncode == 1 and "stopped after" in done.stderr, done
             done = stopped(number, self.program, *bench)
             assert done.returncode == 0 and "stopped after" in done.stderr and "frame_ms_p50" in done.stdout, done
+            assert re.search(r"^stopped +true$", done.stdout, re.MULTILINE), done.stdout
         done = stopped(signal.SIGTERM, self.program, *fly, self.work / "stopped.mp4")
         assert done.returncode == 1, done
         assert not list(self.work.glob("stopped.mp4*")), "a temporary file is left"
@@ -349,7 +351,7 @@ class Pictures:
             (("render", self.work / "absent.tdb", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.work / "broken.toml", "--camera", "0,0,1e6", "-o", out), "absent.tdb"),
             (("render", self.path, "--camera", "0,0,1e6", "-o", out), "path.csv"),
-            (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), "absent"),
+            (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), f" {nothing}: "),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--depth", nowhere), "absent"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--stats", nowhere), "absent"),
             ((*fly, "--path", self.work / "broken.csv", "-o", self.work / "never"), "broken.csv"),
@@ -362,6 +364,22 @@ class Pictures:
             done = self.run(*words, status=1)
             assert named in done.stderr, f"{words}: the message does not name {named}: {done.stderr}"
         assert not list(self.work.glob("*.part")), "a temporary file is left"
+
+    def test_a_missing_root_is_a_failure(self):
+        damaged = self.work / "rootless.tdb"
+        shutil.copyfile(self.database, damaged)
+        database = sqlite3.connect(damaged)
+        gone = database.execute("DELETE FROM tiles WHERE level = 0").rowcount
+        database.commit()
+        database.close()
+        assert gone == 6, gone
+        out, stats = self.work / "rootless.png", self.work / "rootless.json"
+        done = self.render("--size", "32x24", "-o", out, "--stats", stats, scene=damaged, status=1)
+        assert "rootless.tdb: tile 0/" in done.stderr and "is missing" in done.stderr, done.stderr
+        figures = json.loads(stats.read_text())
+        assert figures["complete"] is False and figures["failed_requests"] == 6, figures
+        done = subprocess.run([self.program, "query", damaged], input="0 0\n", capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 1 and done.stdout == "error\n" and "is missing" in done.stderr, done
 
     def test_timeout(self):
         out = self.work / "hurried.png"
@@ -409,6 +427,7 @@ class Pictures:
         assert all(sum(int(v) for k, v in row.items() if k.startswith("level_")) == int(row["tiles_drawn"]) for row in rows)
         summary = json.loads(self.run(*words, "--json").stdout)
         assert summary["frames"] > 0 and summary["failed_requests"] == 0
+        assert summary["stopped"] is False and 0 <= summary["played_s"] <= summary["path_s"] == 0.5, summary
         assert summary["frame_ms_p50"] <= summary["frame_ms_p90"] <= summary["frame_ms_p99"] <= summary["frame_ms_max"]
 
 

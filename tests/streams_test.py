@@ -37,6 +37,15 @@ class Streams(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertIn(b"cannot be written", done.stderr)
 
+    def test_descriptions_and_reports_on_a_full_disk_are_told(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full")
+        for words in (("info",), ("info", "--json"), ("verify",), ("verify", "--json")):
+            with open("/dev/full", "wb") as full:
+                done = subprocess.run([self.program, *words, self.database], stdout=full, stderr=subprocess.PIPE, timeout=60)
+            self.assertEqual(done.returncode, 1, words)
+            self.assertIn(b"cannot be written", done.stderr)
+
     def test_a_closed_pipe_is_told(self):
         reading, writing = os.pipe()
         os.close(reading)

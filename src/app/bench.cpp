@@ -7,6 +7,7 @@
 
 #include "app/frame_figures.h"
 #include "app/progress.h"
+#include "app/standard_output.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "scene/camera_path.h"
@@ -29,14 +30,18 @@ double percentile(const std::vector<double>& sorted, double percent) {
   return sorted[std::max<std::size_t>(rank, 1) - 1];
 }
 
-/// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins.
+/// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins. There is
+/// always a first frame, however early a stop is asked for.
 std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, const PictureArguments& picture,
                                const std::stop_token& stop) {
   using Clock = std::chrono::steady_clock;
   std::vector<FrameFigures> frames;
   ProgressLine line("playing");
   const auto start = Clock::now();
-  for (scene::CameraPath::Seconds now{}; now <= path.duration() && !stop.stop_requested(); now = Clock::now() - start) {
+  const auto goesOn = [&](scene::CameraPath::Seconds now) {
+    return frames.empty() || (now <= path.duration() && !stop.stop_requested());
+  };
+  for (scene::CameraPath::Seconds now{}; goesOn(now); now = Clock::now() - start) {
     const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
                                            picture.verticalFov(), picture.viewport());
     scene::CutOptions cut = picture.cut();
@@ -57,12 +62,16 @@ std::vector<double> sortedMilliseconds(const std::vector<FrameFigures>& frames, 
   return all;
 }
 
-nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames) {
+nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const scene::CameraPath& path,
+                                 bool wasStopped) {
   const std::vector<double> frame_ms = sortedMilliseconds(frames, [](const FrameFigures& f) { return f.frame_ms; });
   const std::vector<double> update_ms =
       sortedMilliseconds(frames, [](const FrameFigures& f) { return f.scene.update_ms; });
   const auto most = [&](auto of) { return of(*std::ranges::max_element(frames, {}, of)); };
-  nlohmann::ordered_json summary{{"frames", frames.size()}};
+  nlohmann::ordered_json summary{{"frames", frames.size()},
+                                 {"stopped", wasStopped},
+                                 {"played_s", frames.back().time_s},
+                                 {"path_s", path.duration().count()}};
   for (const double percent : kPercentiles)
     summary[percent == 100.0 ? "frame_ms_max" : fmt::format("frame_ms_p{:.0f}", percent)] =
         percentile(frame_ms, percent);
@@ -82,23 +91,23 @@ nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames) {
 }
 
 void print(const nlohmann::ordered_json& summary, bool json) {
-  if (json) {
-    fmt::print("{}\n", summary.dump(2));
-    return;
-  }
+  if (json) return printAnswer("bench", summary.dump(2) + "\n");
+  std::string text;
   for (const auto& [name, value] : summary.items())
-    fmt::print("{:22} {}\n", name, value.is_number_float() ? fmt::format("{:.2f}", value.get<double>()) : value.dump());
+    text += fmt::format("{:22} {}\n", name,
+                        value.is_number_float() ? fmt::format("{:.2f}", value.get<double>()) : value.dump());
+  printAnswer("bench", text);
 }
 
 io::Result<void> bench(const Arguments& arguments) {
   const auto path = scene::readCameraPath(arguments.path);
   if (!path) return tl::unexpected(path.error());
-  auto studio = openStudio(arguments.picture);
-  if (!studio) return tl::unexpected(studio.error());
   const InterruptStop interrupt;
+  auto studio = openStudio(arguments.picture, interrupt.token());
+  if (!studio) return tl::unexpected(studio.error());
   const std::vector<FrameFigures> frames = play(*studio, *path, arguments.picture, interrupt.token());
-  if (frames.empty()) return io::fail(io::Failure::Code::cancelled, "stopped before the first frame");
-  if (interrupt.token().stop_requested())
+  const bool wasStopped = interrupt.token().stop_requested();
+  if (wasStopped)
     fmt::print(stderr, "tellurion bench: stopped after {:.1f} of {:.1f} s\n", frames.back().time_s,
                path->duration().count());
   if (!arguments.stats.empty()) {
@@ -107,7 +116,7 @@ io::Result<void> bench(const Arguments& arguments) {
       text += csvLine(frame);
     if (const auto written = writeTextFile(arguments.stats, text); !written) return written;
   }
-  print(summaryOf(frames), arguments.json);
+  print(summaryOf(frames, *path, wasStopped), arguments.json);
   for (const io::Failure& failure : studio->globe->failures())
     fmt::print(stderr, "warning: {}\n", io::describe(failure));
   return {};
@@ -125,7 +134,8 @@ void addBench(CLI::App& program) {
   command->add_option("--stats", arguments->stats, "A CSV file with a row of figures for each frame to write");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
-      "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n\n"
+      "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n"
+      "Ctrl-C or SIGTERM ends it early: the summary is of the frames until then, and says stopped.\n\n"
       "Example, once ./bootstrap demo has made the tile databases:\n  tellurion bench data/earth.toml --path "
       "data/everest_flight.csv --size 1024x768 --stats frames.csv");
   command->callback([arguments] {

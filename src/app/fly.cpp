@@ -137,10 +137,9 @@ int frameCount(const scene::CameraPath& path, double fps) {
 }
 
 io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& path, int frames, Studio& studio,
-                           const FrameSink& sink) {
+                           const std::stop_token& stop, const FrameSink& sink) {
   if (const auto shown = showDebug(arguments.debug, arguments.picture, studio); !shown) return shown;
   scene::Globe& globe = *studio.globe;
-  const InterruptStop interrupt;
   BelowGround belowGround;
   ProgressLine line("flying");
   for (int number = 0; number < frames; ++number) {
@@ -149,9 +148,9 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
         scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
     scene::CutOptions cut = arguments.picture.cut();
     cut.time_s = number / arguments.fps;
-    const scene::Frame& frame = settledFrame(globe, view, cut,
-                                             std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
-    if (interrupt.token().stop_requested())
+    const scene::Frame& frame =
+        settledFrame(globe, view, cut, std::chrono::duration<double>(arguments.timeout_s), stop);
+    if (stop.stop_requested())
       return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));
     // A flight is the same on every run or it fails: a frame that is not whole ends it.
     if (const auto lacking = shortcomings(globe, frame); !lacking.empty())
@@ -169,21 +168,23 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
 io::Result<void> flyToFolder(const Arguments& arguments, const scene::CameraPath& path, int frames) {
   const std::filesystem::path folder = arguments.output;
   if (const auto ready = prepareFolder(folder, frames); !ready) return ready;
-  auto studio = openStudio(arguments.picture);
+  const InterruptStop interrupt;
+  auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  return flyFrames(arguments, path, frames, *studio, [&](int number, const auto& picture) {
+  return flyFrames(arguments, path, frames, *studio, interrupt.token(), [&](int number, const auto& picture) {
     return raster::writePng(folder / frameName(number), picture);
   });
 }
 
 io::Result<void> flyToVideo(const Arguments& arguments, const scene::CameraPath& path, int frames) {
   if (const auto ready = prepareVideo(arguments.output, arguments.picture.viewport()); !ready) return ready;
-  auto studio = openStudio(arguments.picture);
+  const InterruptStop interrupt;
+  auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
   auto video = VideoPipe::open(arguments.output, arguments.picture.viewport(), arguments.fps);
   if (!video) return tl::unexpected(video.error());
-  const auto flown =
-      flyFrames(arguments, path, frames, *studio, [&](int, const auto& picture) { return video->write(picture); });
+  const auto flown = flyFrames(arguments, path, frames, *studio, interrupt.token(),
+                               [&](int, const auto& picture) { return video->write(picture); });
   return flown ? video->finish() : flown;
 }
 

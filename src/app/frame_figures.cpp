@@ -57,7 +57,7 @@ FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget
   return {.frame_ms = frame.statistics.update_ms + drawing.count(),
           .scene = frame.statistics,
           .render = drawn,
-          .complete = frame.complete};
+          .complete = frame.complete && frame.statistics.failedRequests == 0};
 }
 
 std::string jsonOf(const FrameFigures& figures) {

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/standard_output.h"
 #include "app/subcommands.h"
 #include "pyramid/pyramid_reader.h"
 
@@ -42,27 +44,30 @@ nlohmann::ordered_json jsonOf(const raster::TileSourceInfo& info, const pyramid:
   return json;
 }
 
-void printText(const raster::TileSourceInfo& info, const pyramid::PyramidSummary& summary) {
-  fmt::print("{}: {}, {} tiling, {} ({} m, flattening {:.9g})\n", info.name, raster::nameOf(info.kind),
-             tiling::nameOf(info.scheme), info.body.name, info.body.ellipsoid.semiMajorAxis_m(),
-             info.body.ellipsoid.flattening());
-  fmt::print("bounds     latitude {:.6g} to {:.6g}, longitude {:.6g} to {:.6g}\n", info.bounds.south.degrees(),
-             info.bounds.north.degrees(), info.bounds.west.degrees(), info.bounds.east().degrees());
+std::string textOf(const raster::TileSourceInfo& info, const pyramid::PyramidSummary& summary) {
+  std::string text;
+  auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}: {}, {} tiling, {} ({} m, flattening {:.9g})\n", info.name, raster::nameOf(info.kind),
+                 tiling::nameOf(info.scheme), info.body.name, info.body.ellipsoid.semiMajorAxis_m(),
+                 info.body.ellipsoid.flattening());
+  fmt::format_to(out, "bounds     latitude {:.6g} to {:.6g}, longitude {:.6g} to {:.6g}\n", info.bounds.south.degrees(),
+                 info.bounds.north.degrees(), info.bounds.west.degrees(), info.bounds.east().degrees());
   if (info.kind == raster::Kind::elevation) {
-    fmt::print("tiles      {} cells a side, heights {}\n", info.tileCells,
-               summary.heightStep_m == 0.0 ? "in 32-bit floating point"
-                                           : fmt::format("in steps of {:.6g} m", summary.heightStep_m));
+    fmt::format_to(out, "tiles      {} cells a side, heights {}\n", info.tileCells,
+                   summary.heightStep_m == 0.0 ? "in 32-bit floating point"
+                                               : fmt::format("in steps of {:.6g} m", summary.heightStep_m));
   } else {
-    fmt::print("tiles      {} pixels a side\n", info.tileCells);
+    fmt::format_to(out, "tiles      {} pixels a side\n", info.tileCells);
   }
-  fmt::print("file       {:.2f} MiB\n", static_cast<double>(summary.fileBytes) / (1 << 20));
-  fmt::print("{:>5} {:>12} {:>14} {:>14}\n", "level", "tiles", "bytes", "spacing");
+  fmt::format_to(out, "file       {:.2f} MiB\n", static_cast<double>(summary.fileBytes) / (1 << 20));
+  fmt::format_to(out, "{:>5} {:>12} {:>14} {:>14}\n", "level", "tiles", "bytes", "spacing");
   for (const pyramid::LevelSummary& level : summary.levels) {
-    fmt::print("{:>5} {:>12} {:>14} {:>12.5g} m\n", level.level, level.tiles, level.payloadBytes,
-               spacingInMetres(info, level));
+    fmt::format_to(out, "{:>5} {:>12} {:>14} {:>12.5g} m\n", level.level, level.tiles, level.payloadBytes,
+                   spacingInMetres(info, level));
   }
   for (const std::string& source : summary.sources)
-    fmt::print("source     {}\n", source);
+    fmt::format_to(out, "source     {}\n", source);
+  return text;
 }
 
 void run(const std::string& path, bool asJson) {
@@ -72,12 +77,10 @@ void run(const std::string& path, bool asJson) {
     fmt::print(stderr, "tellurion info: {}\n", io::describe(summary.error()));
     throw CLI::RuntimeError(kFailed);
   }
-  if (asJson) {
-    fmt::print("{}\n",
-               jsonOf((*reader)->info(), *summary).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-  } else {
-    printText((*reader)->info(), *summary);
-  }
+  const raster::TileSourceInfo& info = (*reader)->info();
+  printAnswer("info", asJson
+                          ? jsonOf(info, *summary).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n"
+                          : textOf(info, *summary));
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 
 #include <charconv>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <string_view>
 
+#include "app/standard_output.h"
 #include "app/subcommands.h"
 #include "pyramid/height_query.h"
 #include "pyramid/pyramid_reader.h"
@@ -144,11 +144,11 @@ class Session {
 
   void flush(std::size_t keepBelow) {
     if (out_.size() < keepBelow || !canWrite_) return;
-    const bool isWritten = std::fwrite(out_.data(), 1, out_.size(), stdout) == out_.size() && std::fflush(stdout) == 0;
+    const bool isWritten = wroteAnswer(out_);
     out_.clear();
     if (isWritten) return;
     canWrite_ = false;
-    complainOfStream("the answers cannot be written to standard output; is the disk full, or the reader gone?");
+    complainOfStream(kCannotAnswer);
   }
 
   void complainOfStream(const char* what) {
@@ -176,7 +176,6 @@ void run(const Arguments& arguments) {
     fmt::print(stderr, "tellurion query: {}\n", io::describe(query.error()));
     throw CLI::RuntimeError(kFailed);
   }
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a failed write, which is told of
   if (!Session(std::move(*query), arguments).run()) throw CLI::RuntimeError(kFailed);
 }
 

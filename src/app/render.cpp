@@ -71,13 +71,13 @@ io::Result<void> writeStats(const Arguments& arguments, Studio& studio, const sc
 
 io::Result<std::vector<std::string>> render(const Arguments& arguments) {
   checkOutputs(arguments);
-  auto studio = openStudio(arguments.picture);
+  const InterruptStop interrupt;
+  auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
   if (const auto shown = showDebug(arguments.debug, arguments.picture, *studio); !shown)
     return tl::unexpected(shown.error());
   scene::Globe& globe = *studio->globe;
   const scene::View view = viewFor(arguments, globe.body().ellipsoid);
-  const InterruptStop interrupt;
   const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cut(),
                                            std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
   if (interrupt.token().stop_requested())
@@ -102,7 +102,7 @@ void addRender(CLI::App& program) {
       ->add_option(
           "--camera", arguments->camera,
           "LAT,LON,HEIGHT,HEADING,PITCH,ROLL: degrees, and metres above the ellipsoid; heading clockwise from north, "
-          "pitch 0 at the horizon and -90 straight down")
+          "pitch 0 at the horizon and -90 straight down; the last ones may be left out: HEADING 0, PITCH -90, ROLL 0")
       ->required()
       ->check(cameraProblem);
   command->add_option("-o,--output", arguments->output, "The PNG to write; its name ends in .png")->required();
@@ -115,7 +115,8 @@ void addRender(CLI::App& program) {
   addDebugOptions(*command, arguments->debug);
   command->footer(
       "When the time is over first, what is there is written, what is missing is said, and the exit status is 1.\n"
-      "An eye below the ground gives a picture and a warning. Ctrl-C or SIGTERM stops without a picture.\n\n"
+      "An eye below the ground gives a picture and a warning. Ctrl-C or SIGTERM stops without a picture;\n"
+      "a raster that was being built into the cache goes on there on the next run.\n\n"
       "Example: Everest from the south, once ./bootstrap demo has made the tile databases\n"
       "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png");
   command->callback([arguments] {

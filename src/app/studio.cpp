@@ -96,18 +96,19 @@ std::string cameraProblem(const std::string& text) {
   return parsed ? "" : io::describe(parsed.error());
 }
 
-io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments) {
+io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
+                                                    const std::stop_token& stop) {
   BuildLines lines;
-  auto globe = scene::Globe::open(scene, {}, std::ref(lines));
+  auto globe = scene::Globe::open(scene, {}, std::ref(lines), stop);
   if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
   if (globe) (*globe)->exaggeration() = arguments.exaggeration;
   return globe;
 }
 
-io::Result<Studio> openStudio(const PictureArguments& arguments) {
+io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop) {
   const auto scene = scene::openScene(arguments.scene);
   if (!scene) return tl::unexpected(scene.error());
-  auto globe = openGlobe(*scene, arguments);
+  auto globe = openGlobe(*scene, arguments, stop);
   if (!globe) return tl::unexpected(globe.error());
   auto context = render::HeadlessContext::create();
   if (!context) return tl::unexpected(context.error());

@@ -38,8 +38,9 @@ CLI::Validator between(double low, double high);
 std::string cameraProblem(const std::string& text);
 
 /// A scene's globe, with the background that was asked for; rasters in the scene are built first, with progress on the
-/// terminal.
-io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments);
+/// terminal, unless a stop is asked for.
+io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
+                                                    const std::stop_token& stop);
 
 /// A globe and all that draws it without a window. What lives in the context stands after it and so ends before it.
 struct Studio {
@@ -49,7 +50,7 @@ struct Studio {
   render::RenderTarget target;
 };
 
-io::Result<Studio> openStudio(const PictureArguments& arguments);
+io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop);
 
 /// Updates the globe until nothing finer is wanted for the view, the time is over, nothing is on its way any more, or a
 /// stop is asked for. The frame says whether it is complete.

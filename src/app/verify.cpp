@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/progress.h"
+#include "app/standard_output.h"
 #include "app/subcommands.h"
 
 namespace tellurion::app {
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kFailed = 1;
 
-void printJson(const std::string& path, const pyramid::VerifyReport& report) {
+std::string jsonOf(const std::string& path, const pyramid::VerifyReport& report) {
   nlohmann::ordered_json json;
   json["file"] = path;
   json["sound"] = report.sound();
@@ -21,29 +22,30 @@ void printJson(const std::string& path, const pyramid::VerifyReport& report) {
   json["payload_bytes"] = report.payloadBytes;
   json["fault_count"] = report.faultCount;
   json["faults"] = report.faults;
-  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-void printText(const std::string& path, const pyramid::VerifyReport& report) {
+std::string textOf(const std::string& path, const pyramid::VerifyReport& report) {
+  std::string text;
   for (const std::string& fault : report.faults)
-    fmt::print("{}\n", fault);
-  if (report.faultCount > report.faults.size()) {
-    fmt::print("... and {} more\n", report.faultCount - report.faults.size());
-  }
-  fmt::print("{}: {} tiles, {} payload bytes, {}\n", path, report.tiles, report.payloadBytes,
-             report.sound() ? "all sound" : fmt::format("{} faults", report.faultCount));
+    text += fault + "\n";
+  if (report.faultCount > report.faults.size())
+    text += fmt::format("... and {} more\n", report.faultCount - report.faults.size());
+  return text + fmt::format("{}: {} tiles, {} payload bytes, {}\n", path, report.tiles, report.payloadBytes,
+                            report.sound() ? "all sound" : fmt::format("{} faults", report.faultCount));
 }
 
 void run(const std::string& path, int jobs, bool asJson) {
+  const InterruptStop interrupt;
   ProgressLine line("checking " + path);
-  const auto report = pyramid::verifyPyramid(
-      path, {.jobs = jobs}, [&](std::uint64_t done, std::uint64_t total) { line.show(done, total, "tiles"); });
+  const auto sink = [&](std::uint64_t done, std::uint64_t total) { line.show(done, total, "tiles"); };
+  const auto report = pyramid::verifyPyramid(path, {.jobs = jobs}, sink, interrupt.token());
   line.clear();
   if (!report) {
     fmt::print(stderr, "tellurion verify: {}\n", io::describe(report.error()));
     throw CLI::RuntimeError(kFailed);
   }
-  asJson ? printJson(path, *report) : printText(path, *report);
+  printAnswer("verify", asJson ? jsonOf(path, *report) : textOf(path, *report));
   if (!report->sound()) throw CLI::RuntimeError(kFailed);
 }
 
@@ -60,7 +62,8 @@ void addVerify(CLI::App& program) {
   command->footer(
       "Reads every page of the file, checks and decodes every payload, and compares each tile's statistics with its "
       "samples,\n"
-      "its children and its parent. Prints what is wrong, a line each; the exit status is 1 when anything is.\n\n"
+      "its children and its parent. Prints what is wrong, a line each; the exit status is 1 when anything is,\n"
+      "or when Ctrl-C or SIGTERM ends the check before all is read.\n\n"
       "Example:\n"
       "  tellurion verify earth.tdb && cp earth.tdb /mnt/planetarium/");
   command->callback([path, jobs, asJson] { run(*path, *jobs, *asJson); });

@@ -36,11 +36,11 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (!scene) return tl::unexpected(scene.error());
   auto window = ViewWindow::open(titleOf(scene->name), arguments.picture.viewport());
   if (!window) return tl::unexpected(window.error());
-  auto globe = openGlobe(*scene, arguments.picture);
+  const InterruptStop interrupt;
+  auto globe = openGlobe(*scene, arguments.picture, interrupt.token());
   if (!globe) return tl::unexpected(globe.error());
   auto renderer = render::Renderer::create();
   if (!renderer) return tl::unexpected(renderer.error());
-  const InterruptStop interrupt;
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
                   startView(arguments, *scene), arguments.picture.cut())
@@ -55,7 +55,8 @@ void addView(CLI::App& program) {
   addPictureArguments(*command, arguments->picture);
   command
       ->add_option("--camera", arguments->camera,
-                   "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres; else above the data")
+                   "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres, of which the last ones may be left out "
+                   "(HEADING 0, PITCH -90, ROLL 0); without it, above the data")
       ->check(cameraProblem);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"

@@ -6,6 +6,7 @@
 
 #include "pyramid/pyramid_reader.h"
 #include "raster/raster_file.h"
+#include "scene/layer_sources.h"
 
 namespace tellurion::app {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kMargin = 1.15;
 constexpr double kLeastHeight_m = 100.0;
 
 std::optional<geo::GeoRect> boundsOf(const std::string& source, raster::Kind kind) {
-  if (source.ends_with(".tdb")) {
+  if (scene::isTileDatabase(source)) {
     const auto reader = pyramid::PyramidReader::open(source);
     return reader ? std::optional((*reader)->info().bounds) : std::nullopt;
   }

@@ -67,6 +67,28 @@ io::Result<std::vector<LevelSummary>> levelsOf(const TileDatabase& database) {
   return levels;
 }
 
+/// A root that is not stored is fine where nothing below it is: parents of stored tiles are always stored.
+io::Result<void> checkMissingRoot(TileDatabase& database, const tiling::TileId& root) {
+  for (int q = 0; q < 4; ++q) {
+    const auto found = database.contains(root.child(q));
+    if (!found) return tl::unexpected(found.error());
+    if (*found) {
+      return io::fail(Code::corrupt,
+                      fmt::format("{} is missing though {}, below it, is stored; build it again", nameOf(root),
+                                  nameOf(root.child(q))),
+                      database.connection().path());
+    }
+  }
+  return {};
+}
+
+io::Result<std::optional<TileRecord>> readOrSayWhatIsMissing(TileDatabase& database, const tiling::TileId& id) {
+  auto record = database.read(id);
+  if (!record || *record || id.level != 0) return record;
+  if (const auto ok = checkMissingRoot(database, id); !ok) return tl::unexpected(ok.error());
+  return record;
+}
+
 }  // namespace
 
 PyramidReader::PyramidReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -93,7 +115,7 @@ io::Result<std::optional<raster::SourceTile>> PyramidReader::load(const tiling::
   if (id.level > state_->info.maxLevel) return std::optional<raster::SourceTile>{};
   auto database = state_->borrow();
   if (!database) return tl::unexpected(database.error());
-  const auto record = database->read(id);
+  const auto record = readOrSayWhatIsMissing(*database, id);
   state_->giveBack(std::move(*database));
   if (!record) return tl::unexpected(record.error());
   if (!*record) return std::optional<raster::SourceTile>{};

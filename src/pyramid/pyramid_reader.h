@@ -34,7 +34,8 @@ class PyramidReader final : public raster::TileSource {
   ~PyramidReader() override;
 
   const raster::TileSourceInfo& info() const override;
-  /// Reads and decodes. Fails on a wrong checksum or a payload that does not decode; nothing where no tile is stored.
+  /// Reads and decodes. Fails on a wrong checksum, a payload that does not decode, or a root that is not stored though
+  /// a child of it is; nothing where no tile is stored. That a deeper tile is missing only its parent can tell.
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override;
   io::Result<PyramidSummary> summary() const;
 

@@ -169,6 +169,10 @@ io::Result<Connection> Connection::open(const std::filesystem::path& path, Mode 
   return connection;
 }
 
+void Connection::interrupt() const {
+  sqlite3_interrupt(database_.get());
+}
+
 io::Result<Statement> Connection::prepare(std::string_view sql) const {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(database_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);

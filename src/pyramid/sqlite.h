@@ -58,6 +58,8 @@ class Connection {
   io::Result<void> execute(std::string_view sql) const;
   io::Result<std::int64_t> integer(std::string_view sql) const;  ///< first column of the first row; 0 without a row
   const std::string& path() const { return path_; }
+  /// Makes statements that run right now fail soon. From any thread.
+  void interrupt() const;
 
  private:
   struct Closer {

@@ -59,18 +59,22 @@ Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
 
 class Verification {
  public:
-  Verification(TileDatabase& database, Statement family, const VerifyOptions& options, const VerifySink& progress)
+  Verification(TileDatabase& database, Statement family, const VerifyOptions& options, const VerifySink& progress,
+               const std::stop_token& stop)
       : database_(database),
         family_(std::move(family)),
         options_(options),
         progress_(progress),
+        stop_(stop),
         work_(jobs(options), 4 * static_cast<std::size_t>(jobs(options)) + 8) {}
 
-  VerifyReport run() {
+  io::Result<VerifyReport> run() {
     checkFile();
-    if (const auto walked = walk(); !walked) add({"the walk over the tiles ended early: " + walked.error().message});
+    const auto walked = walk();
     while (!work_.isEmpty())
       add(work_.pop());
+    if (stop_.stop_requested()) return stopped();
+    if (!walked) add({"the walk over the tiles ended early: " + walked.error().message});
     checkMeta();
     return std::move(report_);
   }
@@ -87,11 +91,19 @@ class Verification {
     }
   }
 
+  tl::unexpected<io::Failure> stopped() const {
+    return io::fail(Code::cancelled,
+                    fmt::format("stopped before the end: {} tiles were looked at, {} faults found until then",
+                                report_.tiles, report_.faultCount),
+                    database_.connection().path());
+  }
+
   /// SQLite's own check of its pages.
   void checkFile() {
     auto check = database_.connection().prepare("PRAGMA integrity_check(20)");
     while (check) {
       const auto row = check->step();
+      if (stop_.stop_requested()) return;
       if (!row) {
         add({"the database file is damaged: " + row.error().message});
         return;
@@ -107,13 +119,14 @@ class Verification {
     if (!total) return tl::unexpected(total.error());
     auto rows = database_.connection().prepare(fmt::format("SELECT {} FROM tiles ORDER BY id", kTileColumns));
     if (!rows) return tl::unexpected(rows.error());
-    while (true) {
+    while (!stop_.stop_requested()) {
       const auto row = rows->step();
       if (!row) return tl::unexpected(row.error());
       if (!*row) return {};
       if (auto ok = checkRow(*rows); !ok) return ok;
       if (progress_ && report_.tiles % kReportEvery == 0) progress_(report_.tiles, static_cast<std::uint64_t>(*total));
     }
+    return {};
   }
 
   io::Result<void> checkRow(const Statement& row) {
@@ -189,6 +202,7 @@ class Verification {
   Statement family_;
   const VerifyOptions& options_;
   const VerifySink& progress_;
+  const std::stop_token& stop_;
   VerifyReport report_;
   int deepest_ = 0;
   OrderedWork<Faults> work_;
@@ -197,14 +211,15 @@ class Verification {
 }  // namespace
 
 io::Result<VerifyReport> verifyPyramid(const std::filesystem::path& path, const VerifyOptions& options,
-                                       const VerifySink& progress) {
+                                       const VerifySink& progress, const std::stop_token& stop) {
   if (auto ok = checkDatabaseFile(path); !ok) return tl::unexpected(ok.error());
   auto database = TileDatabase::open(path, Connection::Mode::read);
   if (!database) return tl::unexpected(database.error());
   if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   auto family = database->connection().prepare("SELECT child_mask, children FROM tiles WHERE id = ?");
   if (!family) return tl::unexpected(family.error());
-  return Verification(*database, std::move(*family), options, progress).run();
+  const std::stop_callback interrupt(stop, [&database] { database->connection().interrupt(); });
+  return Verification(*database, std::move(*family), options, progress, stop).run();
 }
 
 }  // namespace tellurion::pyramid

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,9 @@ using VerifySink = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 /// Checks everything that a tile database promises: the SQLite file itself, every row's place in the tree, checksum and
 /// payload, statistics against samples, against children and in the parent. Safe on untrusted files. Fails, rather than
-/// reports, only when the file cannot be walked at all (no database, wrong version, unreadable).
+/// reports, only when the file cannot be walked at all (no database, wrong version, unreadable), or when a stop is
+/// asked for before the end (Code::cancelled), also within SQLite's own check.
 io::Result<VerifyReport> verifyPyramid(const std::filesystem::path& path, const VerifyOptions& options = {},
-                                       const VerifySink& progress = {});
+                                       const VerifySink& progress = {}, const std::stop_token& stop = {});
 
 }  // namespace tellurion::pyramid

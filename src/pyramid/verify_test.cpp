@@ -245,6 +245,64 @@ TEST_F(VerifyPyramid, AbsurdSizesFailTileByTile) {
   }
 }
 
+TEST_F(VerifyPyramid, StopsWhenAsked) {
+  std::stop_source before;
+  before.request_stop();
+  const auto none = verifyPyramid(*folder_ / "globe.tdb", {}, {}, before.get_token());
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, Code::cancelled);
+  EXPECT_NE(none.error().message.find("0 tiles"), std::string::npos) << none.error().message;
+  // In the middle of the walk: what SQLite then says of its interrupted statement is no fault of the file.
+  writeElevation(*folder_ / "fine.tif", degreesGrid(-180, -90, 180, 90, 1440, 720),
+                 [](int c, int r) { return std::round(hills(89.875 - r * 0.25, -179.875 + c * 0.25)); });
+  BuildOptions fine;
+  fine.output = *folder_ / "fine.tdb";
+  fine.inputs = {(*folder_ / "fine.tif").string()};
+  const auto reader = builtPyramid(fine);
+  ASSERT_NE(reader, nullptr);
+  ASSERT_GT(storedTiles(*reader).size(), 64u);  // progress is told of every 64 tiles
+  std::stop_source during;
+  const auto some = verifyPyramid(
+      *folder_ / "fine.tdb", {}, [&](std::uint64_t, std::uint64_t) { during.request_stop(); }, during.get_token());
+  ASSERT_FALSE(some);
+  EXPECT_EQ(some.error().code, Code::cancelled);
+  EXPECT_NE(some.error().message.find("64 tiles"), std::string::npos) << some.error().message;
+  EXPECT_NE(some.error().message.find("0 faults"), std::string::npos) << some.error().message;
+}
+
+TEST_F(VerifyPyramid, AMissingRootIsAFailureToReadersToo) {
+  for (const char* const name : {"globe.tdb", "colour.tdb"}) {
+    const fs::path path = copyOf(name);
+    execute(path, "DELETE FROM tiles WHERE level = 0");
+    const auto reader = PyramidReader::open(path);
+    ASSERT_TRUE(reader) << io::describe(reader.error());
+    int failed = 0;
+    for (std::uint8_t root = 0; root < 6; ++root) {
+      const auto tile = (*reader)->load({.level = 0, .root = root, .x = 0, .y = 0});
+      if (tile) {
+        EXPECT_FALSE(*tile);
+        continue;
+      }
+      ++failed;
+      EXPECT_EQ(tile.error().code, Code::corrupt);
+      EXPECT_NE(tile.error().message.find("missing"), std::string::npos) << tile.error().message;
+      EXPECT_EQ(tile.error().where, path.string());
+    }
+    // The Earth is on all roots; the picture, 20 degrees around the middle of the first, leaves others bare.
+    EXPECT_EQ(failed, name == std::string("globe.tdb") ? 6 : 1);
+  }
+  auto query = HeightQuery::create(*PyramidReader::open(copyOf("globe.tdb")));
+  ASSERT_TRUE(query);
+  EXPECT_TRUE(query->at(geo::directionFromDegrees(10.0, 20.0)));
+  const fs::path path = copyOf("globe.tdb");
+  execute(path, "DELETE FROM tiles WHERE level = 0");
+  query = HeightQuery::create(*PyramidReader::open(path));
+  ASSERT_TRUE(query);
+  const auto height = query->at(geo::directionFromDegrees(10.0, 20.0));
+  ASSERT_FALSE(height);
+  EXPECT_EQ(height.error().code, Code::corrupt);
+}
+
 TEST_F(VerifyPyramid, ValuesTooLargeFail) {
   const fs::path path = copyOf("globe.tdb");
   execute(path, "UPDATE tiles SET payload = zeroblob(100000000) WHERE id = 17");

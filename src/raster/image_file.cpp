@@ -24,6 +24,16 @@ bool takesBytesOnly(const fs::path& path) {
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
+/// A failure to write the file beside it, told of the file that was asked for.
+io::Failure toldOf(const fs::path& path, io::Failure failure, const fs::path& part) {
+  const std::string name = part.string();
+  for (std::string* text : {&failure.where, &failure.message}) {
+    for (auto at = text->find(name); at != std::string::npos; at = text->find(name, at))
+      text->replace(at, name.size(), path.string());
+  }
+  return failure;
+}
+
 /// Lets `write` make a file beside `path`, then moves it there.
 io::Result<void> writeWhole(const fs::path& path, const std::function<io::Result<void>(const fs::path&)>& write) {
   fs::path part = path;
@@ -31,7 +41,7 @@ io::Result<void> writeWhole(const fs::path& path, const std::function<io::Result
   std::error_code error;
   if (auto written = write(part); !written) {
     fs::remove(part, error);
-    return written;
+    return tl::unexpected(toldOf(path, std::move(written.error()), part));
   }
   fs::rename(part, path, error);
   if (!error) return {};

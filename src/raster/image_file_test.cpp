@@ -50,9 +50,12 @@ TEST(ImageFile, FailuresNameTheFile) {
   const std::string nowhere = folder.file("no/such/folder/a.png");
   const auto png = writePng(nowhere, Raster<Rgba8>(2, 2));
   ASSERT_FALSE(png);
-  EXPECT_EQ(png.error().where.find(nowhere), 0u);
+  EXPECT_EQ(png.error().where, nowhere);
   EXPECT_FALSE(writePng(folder.file("e.png"), {}));
-  EXPECT_FALSE(writeTiffFloat(folder.file("no/such/d.tif"), Raster<float>(2, 2)));
+  const auto tiff = writeTiffFloat(folder.file("no/such/d.tif"), Raster<float>(2, 2));
+  ASSERT_FALSE(tiff);
+  EXPECT_EQ(tiff.error().where, folder.file("no/such/d.tif"));
+  EXPECT_EQ(tiff.error().message.find(".part"), std::string::npos) << tiff.error().message;
   EXPECT_FALSE(writeTiffFloat(folder.file("e.tif"), {}));
   EXPECT_FALSE(readImageFile(nowhere));
   std::ofstream(folder.file("text.png")) << "not a picture";

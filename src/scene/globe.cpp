@@ -367,8 +367,8 @@ Globe::Globe(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Globe::~Globe() = default;
 
 io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOptions& options,
-                                               const BuildSink& progress) {
-  auto layers = openLayers(scene, progress);
+                                               const BuildSink& progress, const std::stop_token& stop) {
+  auto layers = openLayers(scene, progress, stop);
   if (!layers) return tl::unexpected(std::move(layers.error()));
   return fromLayers(scene, std::move(*layers), options);
 }

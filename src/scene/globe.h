@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string_view>
 #include <vector>
 
@@ -43,9 +44,10 @@ class Globe {
  public:
   /// Opens the scene's sources; rasters are built into tile databases in the cache folder first
   /// ($XDG_CACHE_HOME/tellurion, else
-  /// ~/.cache/tellurion), which `progress` is told about.
+  /// ~/.cache/tellurion), which `progress` is told about. A stop asked for meanwhile gives Failure::Code::cancelled,
+  /// and the next call goes on with the build.
   static io::Result<std::unique_ptr<Globe>> open(const Scene& scene, const GlobeOptions& options = {},
-                                                 const BuildSink& progress = {});
+                                                 const BuildSink& progress = {}, const std::stop_token& stop = {});
   /// From sources that are open already (tests, examples). The scene's own lists of layers are not looked at.
   static io::Result<std::unique_ptr<Globe>> fromLayers(const Scene& scene, GlobeLayers layers,
                                                        const GlobeOptions& options = {});

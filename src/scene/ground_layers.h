@@ -37,8 +37,12 @@ struct ComposedGround {
 /// where none has data takes the mean of what has, next to it on its level; failing that it lies between what was
 /// composed one level up, and so on up to level 0, where it has the height nearest to the ellipsoid that the layers
 /// have anywhere. So a void is filled from its rim, and the ground beyond the border of data falls away over a distance
-/// like the data's own size. Samples of parents are samples of their children also there. Deeper than what is stored,
-/// the ground is bilinear between the samples composed there, so no deeper level changes the surface.
+/// like the data's own size. The exception: of samples without data, those that the level above has too take the height
+/// from there, data beside them or not, so that samples of parents are samples of their children also in voids. A point
+/// of a coarse level's lattice that falls into a void thus has the mean of neighbours far away, and may stand some
+/// hundred metres above or below the rim in wild mountains. A void over a coarser layer shows that layer, with a step
+/// where they differ. Deeper than what is stored, the ground is bilinear between the samples composed there, so no
+/// deeper level changes the surface.
 class GroundLayers {
  public:
   GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells);

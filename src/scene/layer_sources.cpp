@@ -12,6 +12,7 @@
 #include <string_view>
 #include <thread>
 
+#include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
 #include "raster/raster_file.h"
@@ -60,10 +61,10 @@ fs::path withSuffix(const fs::path& path, const char* suffix) {
 /// none; the builder itself then still notices another one.
 class BuildLock {
  public:
-  /// Waits while another program holds it; `waiting` is called now and then meanwhile.
-  BuildLock(const fs::path& path, const std::function<void()>& waiting)
+  /// Waits while another program holds it, unless a stop is asked for; `waiting` is called now and then meanwhile.
+  BuildLock(const fs::path& path, const std::function<void()>& waiting, const std::stop_token& stop)
       : file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-    while (file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    while (file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK && !stop.stop_requested()) {
       waiting();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
@@ -84,17 +85,25 @@ io::Result<SourcePointer> openDatabase(const fs::path& path) {
   return SourcePointer(std::move(*reader));
 }
 
+tl::unexpected<io::Failure> stopped(const std::string& path) {
+  return io::fail(Code::cancelled,
+                  "stopped before its tile database in the cache was finished; the next run goes on where it was",
+                  path);
+}
+
 /// Builds the database; what an earlier run left and does not open is built anew.
-io::Result<void> build(const std::string& path, const pyramid::BuildOptions& options, const BuildSink& progress) {
+io::Result<void> build(const std::string& path, const pyramid::BuildOptions& options, const BuildSink& progress,
+                       const std::stop_token& stop) {
   const auto sink = [&](const pyramid::BuildProgress& p) {
     if (progress && p.total > 0) progress(path, static_cast<double>(p.done) / static_cast<double>(p.total));
   };
   std::error_code error;
   fs::remove(options.output, error);
-  auto report = pyramid::buildPyramid(options, sink);
+  auto report = pyramid::buildPyramid(options, sink, stop);
   if (!report && report.error().code == Code::corrupt && fs::remove(withSuffix(options.output, ".part"), error)) {
-    report = pyramid::buildPyramid(options, sink);
+    report = pyramid::buildPyramid(options, sink, stop);
   }
+  if (!report && report.error().code == Code::cancelled) return stopped(path);
   if (!report) return tl::unexpected(report.error());
   if (!progress) return {};
   for (const std::string& warning : report->warnings)
@@ -103,27 +112,29 @@ io::Result<void> build(const std::string& path, const pyramid::BuildOptions& opt
 }
 
 io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind, const Scene& scene,
-                                     const BuildSink& progress) {
+                                     const BuildSink& progress, const std::stop_token& stop) {
   if (isTileDatabase(path)) return openDatabase(path);
   const auto options = buildFor(path, kind, scene);
   if (!options) return tl::unexpected(options.error());
   if (fs::exists(options->output)) {
     if (auto cached = openDatabase(options->output)) return cached;
   }
-  const BuildLock lock(withSuffix(options->output, ".lock"), [&] {
+  const auto waiting = [&] {
     if (progress) progress(path + ", which another program builds", 0.0);
-  });
+  };
+  const BuildLock lock(withSuffix(options->output, ".lock"), waiting, stop);
+  if (stop.stop_requested()) return stopped(path);
   if (fs::exists(options->output)) {  // the other program's, or one that does not open
     if (auto cached = openDatabase(options->output)) return cached;
   }
-  if (auto ok = build(path, *options, progress); !ok) return tl::unexpected(ok.error());
+  if (auto ok = build(path, *options, progress, stop); !ok) return tl::unexpected(ok.error());
   return openDatabase(options->output);
 }
 
 }  // namespace
 
 bool isTileDatabase(const std::string& path) {
-  return fs::path(path).extension() == ".tdb";
+  return fs::path(path).extension() == ".tdb" || pyramid::isTileDatabaseFile(path);
 }
 
 fs::path cacheFolder() {
@@ -136,15 +147,15 @@ fs::path cacheFolder() {
   return fs::temp_directory_path() / "tellurion";
 }
 
-io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress) {
+io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop) {
   GlobeLayers layers;
   for (const ElevationLayer& layer : scene.elevation) {
-    auto source = openSource(layer.source, raster::Kind::elevation, scene, progress);
+    auto source = openSource(layer.source, raster::Kind::elevation, scene, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
     layers.elevation.push_back(std::move(*source));
   }
   for (const ImageryLayer& layer : scene.imagery) {
-    auto source = openSource(layer.source, raster::Kind::imagery, scene, progress);
+    auto source = openSource(layer.source, raster::Kind::imagery, scene, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
     layers.imagery.push_back(
         {.source = std::move(*source), .opacity = layer.opacity, .nightLights = layer.nightLights});

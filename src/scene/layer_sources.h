@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 #include "raster/tile_source.h"
@@ -14,10 +15,11 @@ inline constexpr double kWarningShare = -1.0;
 /// Opens the sources of all layers of a scene. Rasters are built into tile databases in the cache folder first, unless
 /// one that was built from the same files (path, size, time of change; side files too) for the same tiling and body, by
 /// the same version of the builder, is there and opens. While another program builds the same one, this one waits. A
-/// raster whose spatial reference names another body than the scene's is a failure.
-io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress);
+/// raster whose spatial reference names another body than the scene's is a failure. A stop asked for while rasters are
+/// built, or waited for, gives Failure::Code::cancelled that names the raster; the next call goes on where it was.
+io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop = {});
 
-/// Whether a source is a tile database, by its name.
+/// Whether a source is a tile database, finished or not: by its name, else by its first bytes.
 bool isTileDatabase(const std::string& path);
 
 /// $XDG_CACHE_HOME/tellurion, else ~/.cache/tellurion, else a folder of that name in the temporary folder.

@@ -1,8 +1,11 @@
 #include "scene/layer_sources.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <fstream>
@@ -86,6 +89,43 @@ TEST_F(LayerSources, whatDoesNotOpenInTheCacheIsBuiltAgain) {
   EXPECT_EQ(databases(), 1);
 }
 
+TEST_F(LayerSources, aStoppedBuildGoesOn) {
+  const std::string raster = kData + "mars/mola_dem_4ppd.tif";
+  const Scene scene = openScene(raster).value();
+  std::stop_source stop;
+  const auto stopSoon = [&](std::string_view, double) { stop.request_stop(); };
+  const auto stopped = openLayers(scene, stopSoon, stop.get_token());
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, io::Failure::Code::cancelled);
+  EXPECT_EQ(stopped.error().where, raster);
+  EXPECT_NE(stopped.error().message.find("goes on"), std::string::npos) << stopped.error().message;
+  EXPECT_EQ(databases(), 0);
+  double least = 1.0;
+  const auto finished = openLayers(scene, [&](std::string_view, double share) { least = std::min(least, share); });
+  ASSERT_TRUE(finished) << io::describe(finished.error());
+  EXPECT_GT(least, 0.0);  // not from the beginning
+  EXPECT_EQ(databases(), 1);
+}
+
+TEST_F(LayerSources, whoWaitsForAnotherProgramStopsToo) {
+  const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
+  std::stop_source first;
+  static_cast<void>(openLayers(
+      scene, [&](std::string_view, double) { first.request_stop(); }, first.get_token()));
+  int lock = -1;
+  for (const auto& entry : fs::directory_iterator(cacheFolder())) {
+    if (entry.path().extension() == ".lock") lock = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC);
+  }
+  ASSERT_GE(lock, 0);
+  ASSERT_EQ(::flock(lock, LOCK_EX | LOCK_NB), 0);
+  std::stop_source stop;
+  const auto waited = openLayers(
+      scene, [&](std::string_view, double) { stop.request_stop(); }, stop.get_token());
+  ::close(lock);
+  ASSERT_FALSE(waited);
+  EXPECT_EQ(waited.error().code, io::Failure::Code::cancelled);
+}
+
 TEST_F(LayerSources, twoAtOnceBuildOnce) {
   const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
   std::array<bool, 3> opened{};
@@ -115,6 +155,17 @@ TEST_F(LayerSources, warningsOfABuildAreHandedOn) {
   int warnings = 0;
   ASSERT_TRUE(openLayers(scene, [&](std::string_view, double share) { warnings += share == kWarningShare ? 1 : 0; }));
   EXPECT_GT(warnings, 0);
+}
+
+TEST_F(LayerSources, databasesAreKnownByTheirFirstBytesToo) {
+  const Scene scene = openScene(kData + "mars/mola_dem_4ppd.tif").value();
+  ASSERT_TRUE(openLayers(scene, {}));
+  for (const auto& entry : fs::directory_iterator(cacheFolder())) {
+    if (entry.path().extension() == ".tdb") fs::rename(entry.path(), folder / "named.otherwise");
+  }
+  const auto renamed = openScene((folder / "named.otherwise").string());
+  ASSERT_TRUE(renamed) << io::describe(renamed.error());
+  ASSERT_TRUE(openLayers(*renamed, [](std::string_view, double) { FAIL() << "built"; }));
 }
 
 TEST_F(LayerSources, whatIsNoRasterIsAFailureThatNamesIt) {

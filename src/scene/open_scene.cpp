@@ -39,14 +39,14 @@ struct SourceFacts {
 };
 
 io::Result<SourceFacts> factsOf(const std::string& path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
   if (isTileDatabase(path)) {
     const auto reader = pyramid::PyramidReader::open(path);
     if (!reader) return tl::unexpected(reader.error());
     const raster::TileSourceInfo& info = (*reader)->info();
     return SourceFacts{.path = path, .kind = info.kind, .body = info.body, .tiling = info.scheme};
   }
+  std::error_code error;
+  if (!fs::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
   const auto kind = raster::kindOfRaster(path);
   if (!kind) return tl::unexpected(kind.error());
   const auto file = raster::RasterFile::open(path, *kind);
@@ -93,11 +93,16 @@ io::Result<void> settle(const std::vector<SourceFacts>& layers, Scene& scene) {
 }  // namespace
 
 io::Result<Scene> openScene(std::string_view argument) {
+  if (argument.empty()) return io::fail(Code::invalidArgument, "the scene has no name");
   if (argument.ends_with(".toml")) return readSceneFile(std::string(argument));
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);
   std::vector<SourceFacts> layers;
   for (const std::string& path : isOneFile ? std::vector{std::string(argument)} : splitAtCommas(argument)) {
+    if (path.empty()) {
+      return io::fail(Code::invalidArgument, "a name is missing before or after a comma; add it, or take the comma out",
+                      std::string(argument));
+    }
     auto facts = factsOf(path);
     if (!facts) return tl::unexpected(std::move(facts.error()));
     layers.push_back(std::move(*facts));
