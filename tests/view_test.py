@@ -290,6 +290,8 @@ def test_low_start(program, display, folder, scene):
     viewer = Viewer(program, display, folder, scene, ",".join(map(str, wished)))
     try:
         viewer.wait_until_complete()
+        # What has come grows into its place, level after level, and the eye sinks with it.
+        wait_for("the eye at its place", lambda: abs(viewer.camera()[2] - wished[2]) < 1e-3, 30.0)
         for value, expected in zip(viewer.camera(), wished):
             check_near("camera", value, expected, 1e-3)
     finally:
@@ -322,21 +324,32 @@ def window_picture(viewer, name):
     return picture(path)[2]
 
 
+def settled_picture(viewer):
+    """The picture once the ground has come and has grown into its place."""
+    viewer.wait_until_complete()
+    shown = [picture(viewer.screenshot())[2]]
+
+    def is_still():
+        time.sleep(0.3)
+        shown.append(picture(viewer.screenshot())[2])
+        return shown[-1] == shown[-2]
+
+    wait_for("a picture that stands still", is_still, 30.0)
+    return shown[-1]
+
+
 def test_debug_views(viewer):
     """Each of the keys 1 to 4 changes the picture, and changes it back."""
     viewer.key("Home")
-    viewer.wait_until_complete()
-    plain = picture(viewer.screenshot())[2]
+    plain = settled_picture(viewer)
     seen = [plain]
     for key in "1234":
         viewer.key(key)
-        viewer.wait_until_complete()
-        shown = picture(viewer.screenshot())[2]
+        shown = settled_picture(viewer)
         assert shown not in seen, f"key {key} shows nothing new"
         seen.append(shown)
         viewer.key(key)
-        viewer.wait_until_complete()
-        assert picture(viewer.screenshot())[2] == plain, f"key {key} leaves something behind"
+        assert settled_picture(viewer) == plain, f"key {key} leaves something behind"
     blue = sum(1 for r, g, b in seen[3] if b > r + 60 or g > r + 60)  # of errors up to the tolerance
     assert blue > 0.2 * len(plain), "no heat of the screen error"
 
