@@ -345,7 +345,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   ContentMaker maker{.tiling = tiling,
                      .ellipsoid = scene.body.ellipsoid,
                      .ground = GroundLayers(tiling, std::move(ground), *cells),
-                     .colours = ColourLayers(std::move(colours), *pixels)};
+                     .colours = ColourLayers(std::move(colours), *pixels),
+                     .regularMesh = options.regularMesh};
   return std::unique_ptr<Globe>(
       new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
 }

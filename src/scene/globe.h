@@ -17,7 +17,8 @@
 namespace tellurion::scene {
 
 struct GlobeOptions {
-  int workers = 0;  ///< 0: one for each core but one, at least one
+  int workers = 0;           ///< 0: one for each core but one, at least one
+  bool regularMesh = false;  ///< every sample of a tile is a vertex: the mode that meshes are compared with
   std::uint64_t cpuCacheBytes = std::uint64_t{256}
                                 << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
 };

@@ -63,7 +63,7 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   auto content = std::make_shared<TileContent>();
   ComposedGround composed = ground.compose(id, parent != nullptr ? &parent->heights : nullptr);
   const SurfaceGrid grid = surfaceGrid(tiling, ellipsoid, id, composed.heights);
-  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid);
+  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid, regularMesh);
   content->mesh = made.mesh;
   content->box = grown(made.box, composed.error_m);
   content->error_m = id.level < kDeepestLevel ? made.error_m + composed.error_m : 0.0;

@@ -35,6 +35,7 @@ struct ContentMaker {
   geo::Ellipsoid ellipsoid;
   GroundLayers ground;
   ColourLayers colours;
+  bool regularMesh = false;  ///< as GlobeOptions has it
 
   /// Blocks while sources do. parent: of the tile over it; null for roots.
   std::shared_ptr<const TileContent> make(const tiling::TileId& id, const TileContent* parent) const;
