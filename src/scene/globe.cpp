@@ -185,6 +185,7 @@ void Globe::State::receive() {
     if (arrival.id.level == 0) r.facts.box = r.content->box;
     r.facts.error_m = r.content->error_m;
     r.facts.texel_m = r.content->texel_m;
+    r.facts.spacing_m = r.content->spacing_m;
     r.lastUse = updates;
     contentBytes += r.content->bytes;
   }

@@ -91,7 +91,9 @@ class Cut {
       const double distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
       node.error_px = pixelsAcross(node.facts->error_m, distance_m, pixelAngle_);
       const double texel_px = pixelsAcross(node.facts->texel_m, distance_m, pixelAngle_);
-      if (node.facts->drawable) node.need = std::max(node.error_px / options_.tolerance_px, texel_px);
+      const double spacing_px = pixelsAcross(node.facts->spacing_m, distance_m, pixelAngle_);
+      if (node.facts->drawable)
+        node.need = std::max({node.error_px / options_.tolerance_px, texel_px, spacing_px / options_.maxSpacing_px});
     }
   }
 

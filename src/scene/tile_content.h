@@ -26,6 +26,7 @@ struct TileContent {
   std::array<HeightRange, 4> childRange;
   double error_m = 0.0;  ///< as TileFacts has it
   double texel_m = 0.0;
+  double spacing_m = 0.0;
   std::uint64_t bytes = 0;  ///< of what is its own
 };
 
