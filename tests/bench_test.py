@@ -33,7 +33,7 @@ class Bench(unittest.TestCase):
         cls.path = cls.work / "path.csv"
         cls.path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n0,0,-70,6000000,0,-90,0\n2,-10,-72,100000,20,-30,0\n")
         done = cls.run_program("render", cls.database, "--camera", "0,0,6e6,0,-90,0", "--size", "64x64", "-o", "/dev/null")
-        if "OpenGL" in done.stderr or "EGL" in done.stderr:
+        if done.returncode == 1 and "OpenGL" in done.stderr:
             sys.exit(SKIPPED)
 
     @classmethod
