@@ -104,14 +104,14 @@ class Writer {
     const auto panels = static_cast<double>(page_.panels.size());
     const double height = kHead + panels * (kPanelHeight + kPanelGap) + kFoot;
     out_ = fmt::format(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} "
-        "{1}\" "
-        "font-family=\"DejaVu Sans, Arial, sans-serif\" font-size=\"11\">\n"
-        "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
+        R"(<?xml version="1.0" encoding="UTF-8"?>
+<svg xmlns="http://www.w3.org/2000/svg" version="1.1" width="{0}" height="{1}" viewBox="0 0 {0} {1}"
+  font-family="DejaVu Sans, Arial, sans-serif" font-size="11">
+<rect width="{0}" height="{1}" fill="#ffffff"/>
+)",
         kWidth, height);
-    text(kLeft, 24, "start", page_.title, "font-size=\"15\" font-weight=\"bold\"");
-    text(kLeft, 42, "start", page_.subtitle, "fill=\"#555555\"");
+    text(kLeft, 24, "start", page_.title, R"(font-size="15" font-weight="bold")");
+    text(kLeft, 42, "start", page_.subtitle, R"(fill="#555555")");
     double top = kHead + 20.0;
     for (const PlotPanel& panel : page_.panels) {
       drawPanel(panel, top);
@@ -147,7 +147,7 @@ class Writer {
   void drawPanel(const PlotPanel& panel, double top) {
     const Axis axis = axisUpTo(largest(panel), 5);
     out_ += "<g>\n";
-    text(kLeft, top - 8, "start", panel.title, "font-weight=\"bold\" font-size=\"12\"");
+    text(kLeft, top - 8, "start", panel.title, R"(font-weight="bold" font-size="12")");
     for (int i = 0; i * axis.step <= axis.end * 1.0001; ++i) {
       const double y = top + kPanelHeight * (1.0 - i * axis.step / axis.end);
       line(kLeft, y, kLeft + kPlotWidth, y, i == 0 ? "#444444" : "#dddddd");
@@ -160,7 +160,7 @@ class Writer {
     }
     line(kLeft, top, kLeft, top + kPanelHeight, "#444444");
     const double middle = top + kPanelHeight / 2;
-    text(18, middle, "middle", panel.unit, fmt::format("transform=\"rotate(-90 18 {:.1f})\"", middle));
+    text(18, middle, "middle", panel.unit, fmt::format(R"x(transform="rotate(-90 18 {:.1f})")x", middle));
     const auto yOf = [&](double value) { return top + kPanelHeight * (1.0 - value / axis.end); };
     if (panel.stacked) {
       drawStack(panel, yOf);
@@ -183,8 +183,8 @@ class Writer {
 
   template <typename YOf>
   void drawLine(const PlotSeries& series, const char* colour, const YOf& yOf) {
-    out_ += fmt::format(
-        "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.2\" stroke-linejoin=\"round\" points=\"", colour);
+    out_ +=
+        fmt::format(R"(<polyline fill="none" stroke="{}" stroke-width="1.2" stroke-linejoin="round" points=")", colour);
     std::size_t first = 0;
     for (const std::size_t last : columns()) {
       const auto begin = series.values.begin();
@@ -208,7 +208,7 @@ class Writer {
     const std::vector<std::size_t> shown = columns();
     std::vector<double> floor(page_.times.size(), 0.0);
     for (std::size_t s = 0; s < panel.series.size(); ++s) {
-      out_ += fmt::format("<polygon fill=\"{}\" points=\"", stackColour(s, panel.series.size()));
+      out_ += fmt::format(R"(<polygon fill="{}" points=")", stackColour(s, panel.series.size()));
       for (const std::size_t i : shown)
         out_ += pointAt(static_cast<std::ptrdiff_t>(i), floor[i] + panel.series[s].values[i], yOf);
       for (std::size_t k = shown.size(); k-- > 0;)
@@ -226,7 +226,8 @@ class Writer {
     const double columnWidth = count > rows ? 66.0 : kRight;
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t s = panel.stacked ? count - 1 - i : i;
-      const double x = kLeft + kPlotWidth + 12 + columnWidth * static_cast<double>(i / rows);
+      const std::size_t column = i / rows;
+      const double x = kLeft + kPlotWidth + 12 + columnWidth * static_cast<double>(column);
       const double y = top + 8 + kLegendLine * static_cast<double>(i % rows);
       const std::string colour = panel.stacked ? stackColour(s, count) : kLineColours[s % kLineColours.size()];
       out_ +=
