@@ -5,7 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/bench_plot.h"
 #include "app/frame_figures.h"
+#include "app/output_names.h"
 #include "app/progress.h"
 #include "app/standard_output.h"
 #include "app/studio.h"
@@ -21,6 +23,7 @@ struct Arguments {
   PictureArguments picture;
   std::string path;
   std::string stats;
+  std::string plot;
   bool json = false;
 };
 
@@ -62,9 +65,13 @@ std::vector<double> sortedMilliseconds(const std::vector<FrameFigures>& frames, 
   return all;
 }
 
+double frameMilliseconds(const FrameFigures& frame) {
+  return frame.frame_ms;
+}
+
 nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const scene::CameraPath& path,
                                  bool wasStopped) {
-  const std::vector<double> frame_ms = sortedMilliseconds(frames, [](const FrameFigures& f) { return f.frame_ms; });
+  const std::vector<double> frame_ms = sortedMilliseconds(frames, frameMilliseconds);
   const std::vector<double> update_ms =
       sortedMilliseconds(frames, [](const FrameFigures& f) { return f.scene.update_ms; });
   const auto most = [&](auto of) { return of(*std::ranges::max_element(frames, {}, of)); };
@@ -99,7 +106,42 @@ void print(const nlohmann::ordered_json& summary, bool json) {
   printAnswer("bench", text);
 }
 
+/// A wrong name would be found out when the path has been played.
+void checkOutputs(const Arguments& a) {
+  if (!a.plot.empty() && endingOf(a.plot) != ".svg" && !isDevice(a.plot))
+    wrongUse("bench", fmt::format("--plot '{}': the plots are an SVG; give it a name that ends in .svg", a.plot));
+  const auto apart = [](const char* option, const std::string& name, const char* other, const std::string& otherName) {
+    if (isSameFile(name, otherName))
+      wrongUse("bench", fmt::format("{} and {} are the same file, '{}'; give each its own", option, other, name));
+  };
+  apart("--stats", a.stats, "--plot", a.plot);
+  apart("--stats", a.stats, "--path", a.path);
+  apart("--plot", a.plot, "--path", a.path);
+  apart("--stats", a.stats, "SCENE", a.picture.scene);
+  apart("--plot", a.plot, "SCENE", a.picture.scene);
+}
+
+io::Result<void> writeFigures(const Arguments& arguments, const std::vector<FrameFigures>& frames) {
+  if (!arguments.stats.empty()) {
+    std::string text = csvHeader();
+    for (const FrameFigures& frame : frames)
+      text += csvLine(frame);
+    if (const auto written = writeTextFile(arguments.stats, text); !written) return written;
+  }
+  if (arguments.plot.empty()) return {};
+  const PictureArguments& picture = arguments.picture;
+  const std::string detail = picture.verticesPerPixel > 0.0
+                                 ? fmt::format("{} vertices a pixel", picture.verticesPerPixel)
+                                 : fmt::format("tolerance {} px", picture.tolerance_px);
+  const std::string title = fmt::format("{} along {}", picture.scene, arguments.path);
+  const std::string subtitle =
+      fmt::format("{}, {}, {} mesh; {} frames, {:.1f} ms in the median", picture.size, detail, picture.mesh,
+                  frames.size(), percentile(sortedMilliseconds(frames, frameMilliseconds), 50.0));
+  return writeTextFile(arguments.plot, benchPlot(title, subtitle, frames));
+}
+
 io::Result<void> bench(const Arguments& arguments) {
+  checkOutputs(arguments);
   const auto path = scene::readCameraPath(arguments.path);
   if (!path) return tl::unexpected(path.error());
   const InterruptStop interrupt;
@@ -110,12 +152,7 @@ io::Result<void> bench(const Arguments& arguments) {
   if (wasStopped)
     fmt::print(stderr, "tellurion bench: stopped after {:.1f} of {:.1f} s\n", frames.back().time_s,
                path->duration().count());
-  if (!arguments.stats.empty()) {
-    std::string text = csvHeader();
-    for (const FrameFigures& frame : frames)
-      text += csvLine(frame);
-    if (const auto written = writeTextFile(arguments.stats, text); !written) return written;
-  }
+  if (const auto written = writeFigures(arguments, frames); !written) return written;
   print(summaryOf(frames, *path, wasStopped), arguments.json);
   for (const io::Failure& failure : studio->globe->failures())
     fmt::print(stderr, "warning: {}\n", io::describe(failure));
@@ -132,12 +169,14 @@ void addBench(CLI::App& program) {
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--stats", arguments->stats, "A CSV file with a row of figures for each frame to write");
+  command->add_option("--plot", arguments->plot,
+                      "An SVG to write: frame time, missing tiles, tiles a level, triangles and GPU memory over time");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n"
       "Ctrl-C or SIGTERM ends it early: the summary is of the frames until then, and says stopped.\n\n"
       "Example, once ./bootstrap demo has made the tile databases:\n  tellurion bench data/earth.toml --path "
-      "data/everest_flight.csv --size 1024x768 --stats frames.csv");
+      "data/everest_flight.csv --size 1024x768 --stats frames.csv --plot frames.svg");
   command->callback([arguments] {
     if (const auto done = bench(*arguments); !done) failRun("bench", io::describe(done.error()));
   });

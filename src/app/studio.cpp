@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <optional>
 
 #include "app/progress.h"
@@ -54,6 +56,15 @@ std::string colourProblem(const std::string& text) {
 
 }  // namespace
 
+scene::CutOptions PictureArguments::cut() const {
+  scene::CutOptions cut{.tolerance_px = tolerance_px, .morph = !noMorph};
+  if (verticesPerPixel > 0.0) {
+    cut.tolerance_px = std::numeric_limits<double>::infinity();
+    cut.maxSpacing_px = 1.0 / std::sqrt(verticesPerPixel);
+  }
+  return cut;
+}
+
 scene::Viewport PictureArguments::viewport() const {
   return sizeFrom(size).value_or(scene::Viewport{});
 }
@@ -68,8 +79,20 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
   command.add_option("--fov", arguments.fov_degrees, "Vertical field of view in degrees")
       ->check(between(0.001, 170.0))
       ->capture_default_str();
-  command.add_option("--tolerance", arguments.tolerance_px, "Geometric error on screen that is fine, in pixels")
-      ->check(between(0.01, 1000.0))
+  CLI::Option* tolerance =
+      command.add_option("--tolerance", arguments.tolerance_px, "Geometric error on screen that is fine, in pixels")
+          ->check(between(0.01, 1000.0))
+          ->capture_default_str();
+  command
+      .add_option("--vertices-per-pixel", arguments.verticesPerPixel,
+                  "V, in place of --tolerance: samples of a tile at most 1/sqrt(V) pixels apart, whatever the error "
+                  "(docs/selection.md)")
+      ->check(between(0.0001, 16.0))
+      ->excludes(tolerance);
+  command
+      .add_option("--mesh", arguments.mesh,
+                  "A tile's triangles: 'bisected' has those that its error needs, 'regular' its whole grid, to compare")
+      ->check(CLI::IsMember({"bisected", "regular"}))
       ->capture_default_str();
   command.add_option("--background", arguments.background, "Colour of the sky, RRGGBB; else what the scene says")
       ->check(colourProblem);
@@ -99,7 +122,7 @@ std::string cameraProblem(const std::string& text) {
 io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
                                                     const std::stop_token& stop) {
   BuildLines lines;
-  auto globe = scene::Globe::open(scene, {}, std::ref(lines), stop);
+  auto globe = scene::Globe::open(scene, {.regularMesh = arguments.mesh == "regular"}, std::ref(lines), stop);
   if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
   if (globe) (*globe)->exaggeration() = arguments.exaggeration;
   return globe;
@@ -154,7 +177,7 @@ void warnOfBudget(const char* command, const scene::Frame& frame) {
   fmt::print(
       stderr,
       "tellurion {}: warning: all {} tiles that a frame may have are spent, and the ground is up to {:.1f} pixels "
-      "off; raise --tolerance or make the picture smaller\n",
+      "off; raise --tolerance, lower --vertices-per-pixel or make the picture smaller\n",
       command, scene::CutOptions{}.maxTiles, frame.statistics.maxScreenError_px);
 }
 

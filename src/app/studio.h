@@ -19,16 +19,19 @@ struct PictureArguments {
   std::string size = "1024x768";
   double fov_degrees = 45.0;
   double tolerance_px = 1.0;
-  std::string background;  ///< RRGGBB; empty: what the scene says
+  double verticesPerPixel = 0.0;  ///< instead of the tolerance; 0: the tolerance counts
+  std::string mesh = "bisected";  ///< or "regular"
+  std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
   bool noMorph = false;
 
-  scene::CutOptions cut() const { return {.tolerance_px = tolerance_px, .morph = !noMorph}; }
+  scene::CutOptions cut() const;
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
 };
 
-/// SCENE, --size, --fov, --tolerance, --background, --exaggeration and --no-morph, checked as they are read: what is wrong is wrong use.
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration and --no-morph,
+/// checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments);
 
 /// A check for an option that holds a number; CLI11's own range lets NaN through.

@@ -197,6 +197,7 @@ void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.facts.drawable = true;
   r.facts.error_m = content.error_m * more;
   r.facts.texel_m = content.texel_m;
+  r.facts.spacing_m = content.spacing_m;
   r.facts.tightBox = content.box;
   if (r.exaggeration != 1.0) {
     HeightRange drawn = exaggerated(content.range, r.exaggeration);
@@ -404,7 +405,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   ContentMaker maker{.tiling = tiling,
                      .ellipsoid = scene.body.ellipsoid,
                      .ground = GroundLayers(tiling, std::move(ground), *cells),
-                     .colours = ColourLayers(std::move(colours), *pixels)};
+                     .colours = ColourLayers(std::move(colours), *pixels),
+                     .regularMesh = options.regularMesh};
   return std::unique_ptr<Globe>(
       new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
 }
@@ -469,8 +471,8 @@ std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
                             index(p.v)};
     const auto found = state_->records.find(id);
     if (found == state_->records.end() || !found->second.content) return height_m;
-    height_m = state_->frame.exaggeration *
-               heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
+    height_m =
+        state_->frame.exaggeration * heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
   }
   return height_m;
 }

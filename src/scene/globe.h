@@ -18,7 +18,8 @@
 namespace tellurion::scene {
 
 struct GlobeOptions {
-  int workers = 0;  ///< 0: one for each core but one, at least one
+  int workers = 0;           ///< 0: one for each core but one, at least one
+  bool regularMesh = false;  ///< every sample of a tile is a vertex: the mode that meshes are compared with
   std::uint64_t cpuCacheBytes = std::uint64_t{256}
                                 << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
 };
@@ -58,8 +59,8 @@ class Globe {
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
-  /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first. May
-  /// be changed at any time.
+  /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first.
+  /// May be changed at any time.
   double& exaggeration();
   DebugViews& debugViews();  ///< likewise
 
@@ -76,8 +77,8 @@ class Globe {
   /// has, or nothing is on its way.
   bool waitForArrivals(std::chrono::milliseconds timeout);
 
-  /// Height in metres above the ellipsoid, exaggerated as drawn, of the finest loaded ground there, bilinear between its samples (where
-  /// there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
+  /// Height in metres above the ellipsoid, exaggerated as drawn, of the finest loaded ground there, bilinear between
+  /// its samples (where there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
   std::optional<double> groundHeight_m(const geo::Direction& d) const;
 
   /// What could not be loaded since the globe was opened, each once. The ground is drawn from coarser data there.

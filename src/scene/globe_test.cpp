@@ -288,6 +288,21 @@ TEST_P(GlobeOnTiling, nothingPopsInFlight) {
   EXPECT_EQ(settled, drawn(loaded(*late.globe, last, {.tolerance_px = 3.0})));
 }
 
+TEST_P(GlobeOnTiling, regularMeshesAreWatertightToo) {
+  std::mt19937_64 random = geo::seededGenerator();
+  Planet p = planetOf(GetParam(), {.workers = 3, .regularMesh = true, .cpuCacheBytes = std::uint64_t{4} << 30});
+  const Tiling tiling(GetParam());
+  for (int v = 0; v < 2; ++v) {
+    const View view = randomView(random);
+    for (int i = 0; i < 400; ++i) {
+      const Frame& frame = p.globe->update(view, {.tolerance_px = 16.0});
+      if (i % 64 == 0 || frame.complete) expectWatertight(frame, tiling);
+      if (HasFatalFailure() || frame.complete) break;
+      p.globe->waitForArrivals(20ms);
+    }
+  }
+}
+
 TEST_P(GlobeOnTiling, theCompletedFrameDoesNotDependOnTheWayThere) {
   std::mt19937_64 random = geo::seededGenerator();
   const View view = randomView(random);

@@ -34,7 +34,10 @@ class Cut {
     while (!queue_.empty() && !out_.cappedByBudget) {
       const Waiting worst = queue_.top();
       queue_.pop();
-      if (at(worst.node).firstChild < 0 && !split(worst.node, worst.need)) continue;
+      if (at(worst.node).firstChild < 0) {
+        if (!split(worst.node, worst.need)) continue;
+        at(worst.node).kept = worst.need == kKept;
+      }
       if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
     collect();
@@ -62,10 +65,12 @@ class Cut {
     int firstChild = -1;  ///< its four children follow each other
     bool seen = false;    ///< may be in the picture
     bool waits = false;   ///< would be split, but has not left its parent's surface yet
+    bool kept = false;    ///< is split only since it was, and its children are not back on its surface
     Before before = Before::nowhere;
     double distance_m = 0.0;
     double error_px = 0.0;
     double texel_px = 0.0;
+    double spacing_px = 0.0;
     double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
   };
   struct Waiting {
@@ -154,7 +159,10 @@ class Cut {
       if (node.parent >= 0) node.distance_m = std::max(node.distance_m, at(node.parent).distance_m);
       node.error_px = pixelsAcross(node.facts->error_m, node.distance_m, pixelAngle_);
       node.texel_px = pixelsAcross(node.facts->texel_m, node.distance_m, pixelAngle_);
-      if (node.facts->drawable) node.need = std::max(node.error_px / options_.tolerance_px, node.texel_px);
+      node.spacing_px = pixelsAcross(node.facts->spacing_m, node.distance_m, pixelAngle_);
+      if (node.facts->drawable)
+        node.need =
+            std::max({node.error_px / options_.tolerance_px, node.texel_px, node.spacing_px / options_.maxSpacing_px});
     }
   }
 
@@ -259,7 +267,8 @@ class Cut {
         parent.facts->error_m > 0.0 ? parent.error_px * (node.facts->error_m / parent.facts->error_m) : parent.error_px;
     const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
     const double texture = share(parent.texel_px, 0.5 * parent.texel_px, 1.0);
-    return static_cast<float>(std::max(geometry, texture));
+    const double samples = share(parent.spacing_px, 0.5 * parent.spacing_px, options_.maxSpacing_px);
+    return static_cast<float>(std::max({geometry, texture, samples}));
   }
 
   bool isDrawn(const Node& node) const { return node.firstChild < 0 && node.seen && node.facts->drawable; }
@@ -281,8 +290,8 @@ class Cut {
     const bool atGoals = history_ != nullptr
                              ? corners.settle(&history_->last->corners, static_cast<float>(history_->step))
                              : corners.settle(nullptr, 1.0f);
-    const bool waiting = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.waits; });
-    out_.morphing = !atGoals || waiting;
+    const bool unfinished = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.waits || n.kept; });
+    out_.morphing = !atGoals || unfinished;
   }
 
   void remember(CutMemory& memory) {

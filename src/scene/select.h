@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -16,6 +17,9 @@ namespace tellurion::scene {
 
 struct CutOptions {
   double tolerance_px = 1.0;  ///< geometric error on screen that needs no refinement, > 0
+  /// Spacing of a tile's samples on screen that needs no refinement, whatever the error; > 0. One sample or more for
+  /// each square of that side.
+  double maxSpacing_px = std::numeric_limits<double>::infinity();
   /// Leaves of the cut, drawn or culled; the worst are refined first. Pictures of 3840 x 2160 need up to 2300
   /// (docs/selection.md), so this is for what was asked for by mistake.
   int maxTiles = 3000;
@@ -41,6 +45,8 @@ struct TileFacts {
   /// The side of one texel on the ground when there are finer pictures below, else 0.
   double texel_m = 0.0;
   TileCorners corners;  ///< known from the start
+  /// The spacing of its samples, whatever its mesh makes of them; 0 on the deepest level. Known once it is drawable.
+  double spacing_m = 0.0;
 };
 
 /// Where select() finds its facts.
@@ -55,7 +61,7 @@ struct SelectedTile {
   tiling::TileId id;
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
-  double error_px = 0.0;  ///< the most that what is drawn of it is off, from the eye
+  double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
 };
 
 struct WantedTile {
@@ -91,8 +97,9 @@ struct CutHistory {
 /// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
 /// while
 ///  - its error as an angle from the eye is larger than the tolerance, or
-///  - its texels are larger than a pixel and there are finer ones,
-/// both taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
+///  - its texels are larger than a pixel and there are finer ones, or
+///  - its samples are further apart than CutOptions::maxSpacing_px,
+/// all taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
 /// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
 /// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `history`, where it is

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <set>
 #include <unordered_map>
 
@@ -39,6 +40,7 @@ class FakeTree final : public TileTree {
       found->second.tightBox = found->second.box;
       found->second.corners = tileCorners(tiling_, id);
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
+      found->second.spacing_m = id.level < deepest ? size_m / 64.0 : 0.0;
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;
     }
     return &found->second;
@@ -125,6 +127,28 @@ TEST_P(SelectOn, aTighterToleranceOnlyRefines) {
         for (const TileId& c : coarse)
           ASSERT_FALSE(c.level == level && c.isDescendantOf(id) && !(c == id));
       }
+    }
+  }
+}
+
+TEST_P(SelectOn, samplesAreAsDenseAsAsked) {
+  std::mt19937_64 random = geo::seededGenerator();
+  FakeTree tree(tiling);
+  tree.roughness = [](const TileId&) { return 0.0; };
+  for (int i = 0; i < 10; ++i) {
+    const View view = randomView(random);
+    int before = 0;
+    for (const double spacing_px : {14.0, 10.0, 2.2, 1.0}) {
+      constexpr double kAnyError = std::numeric_limits<double>::infinity();
+      const CutOptions options{.tolerance_px = kAnyError, .maxSpacing_px = spacing_px, .maxTiles = 1000000};
+      const Selection s = selected(view, tree, options);
+      for (const SelectedTile& t : s.drawn) {
+        const TileFacts& facts = *tree.facts(t.id);
+        ASSERT_LE(pixelsAcross(facts.spacing_m, facts.tightBox.distance_m(view.eye), view.pixelAngle()), spacing_px);
+      }
+      expectBalancedAndDisjoint(s);
+      EXPECT_GE(s.visited, before);  // of the drawn there may be fewer: small tiles are culled better
+      before = s.visited;
     }
   }
 }

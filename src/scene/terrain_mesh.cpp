@@ -258,9 +258,13 @@ double vertexGrid_m(const geo::Ellipsoid& ellipsoid) {
 }
 
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
-                         const TerrainMesh* parent) {
-  const double tolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level, grid.cells);
-  const double parentTolerance_m = meshTolerance_m(tiling, ellipsoid, grid.id.level - 1, grid.cells);
+                         const TerrainMesh* parent, bool regular) {
+  constexpr double kKeepAll_m = -1.0;
+  const auto toleranceOf = [&](int level) {
+    return regular ? kKeepAll_m : meshTolerance_m(tiling, ellipsoid, level, grid.cells);
+  };
+  const double tolerance_m = toleranceOf(grid.id.level);
+  const double parentTolerance_m = toleranceOf(grid.id.level - 1);
   std::vector<geo::Vec3> points;
   points.reserve(static_cast<std::size_t>((grid.cells + 1) * (grid.cells + 1)));
   for (std::int16_t row = 0; row <= grid.cells; ++row) {

@@ -55,9 +55,10 @@ struct MadeMesh {
 /// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
 /// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
 /// tolerance: what a neighbour one level coarser has there. parent: the mesh that the tile morphs from; null: it does
-/// not. Thread-safe, pure but for the serial.
+/// not. regular: every sample is a vertex instead, and every second one of a coarse edge (the comparison mode).
+/// Thread-safe, pure but for the serial.
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
-                         const TerrainMesh* parent = nullptr);
+                         const TerrainMesh* parent = nullptr, bool regular = false);
 
 /// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
 /// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the

@@ -282,6 +282,26 @@ TEST_P(MeshOnTiling, fewTrianglesWhereTheGroundIsFlat) {
   EXPECT_GT(rough.made.mesh->indices.size(), flat.made.mesh->indices.size());
 }
 
+TEST_P(MeshOnTiling, theRegularMeshKeepsEverySample) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (const int cells : {4, 64, 128}) {
+    const TileId id = randomTile(random, 10);
+    const SurfaceGrid grid = surfaceGrid(tiling, kEarth, id, samplesOf(tiling, id, hillsAt, cells));
+    const MadeMesh made = makeTerrainMesh(tiling, kEarth, grid, nullptr, true);
+    const TerrainMesh& mesh = *made.mesh;
+    const auto trianglesWith = [&](unsigned coarse) {
+      std::size_t count = mesh.interior.count;
+      for (std::size_t e = 0; e < 4; ++e)
+        count += rangeOf(mesh, e, ((coarse >> e) & 1u) != 0).count;
+      return static_cast<int>(count / 3);
+    };
+    EXPECT_EQ(trianglesWith(0), 2 * cells * cells);
+    EXPECT_EQ(trianglesWith(15), 2 * cells * cells - 4 * cells / 2);  // a vertex less on an edge is a triangle less
+    EXPECT_EQ(mesh.vertices.size(), static_cast<std::size_t>((cells + 1) * (cells + 1)));
+    EXPECT_LE(made.error_m, makeTerrainMesh(tiling, kEarth, grid).error_m);
+  }
+}
+
 TEST_P(MeshOnTiling, verticesAreTheRoundedGroundAtEveryLevel) {
   std::mt19937_64 random = geo::seededGenerator();
   for (const int level : {0, 1, 5, 14, 26}) {

@@ -18,6 +18,16 @@ std::uint64_t bytesOf(const TerrainMesh& mesh) {
          mesh.indices.size() * sizeof(std::uint16_t);
 }
 
+/// The longer of the two lines across the middle of a tile, metres.
+double sideOf(const SurfaceGrid& grid) {
+  const int middle = grid.cells / 2;
+  const double across =
+      geo::length(grid.positions[grid.index(grid.cells, middle)] - grid.positions[grid.index(0, middle)]);
+  const double down =
+      geo::length(grid.positions[grid.index(middle, grid.cells)] - grid.positions[grid.index(middle, 0)]);
+  return std::max(across, down);
+}
+
 void addColour(const ColourLayers& layers, const tiling::TileId& id, const TileContent* parent, const SurfaceGrid& grid,
                TileContent& content) {
   const ComposedColour colour = layers.compose(id);
@@ -29,13 +39,7 @@ void addColour(const ColourLayers& layers, const tiling::TileId& id, const TileC
     content.colour = parent->colour;
     content.colourLevel = parent->colourLevel;
   }
-  if (!colour.finerBelow) return;
-  const int middle = grid.cells / 2;
-  const double across =
-      geo::length(grid.positions[grid.index(grid.cells, middle)] - grid.positions[grid.index(0, middle)]);
-  const double down =
-      geo::length(grid.positions[grid.index(middle, grid.cells)] - grid.positions[grid.index(middle, 0)]);
-  content.texel_m = std::max(across, down) / layers.pixels();
+  if (colour.finerBelow) content.texel_m = sideOf(grid) / layers.pixels();
 }
 
 void addRelief(const ComposedGround& ground, const tiling::TileId& id, const TileContent* parent,
@@ -63,10 +67,12 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   auto content = std::make_shared<TileContent>();
   ComposedGround composed = ground.compose(id, parent != nullptr ? &parent->heights : nullptr);
   const SurfaceGrid grid = surfaceGrid(tiling, ellipsoid, id, composed.heights);
-  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid, parent != nullptr ? parent->mesh.get() : nullptr);
+  const TerrainMesh* from = parent != nullptr ? parent->mesh.get() : nullptr;
+  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid, from, regularMesh);
   content->mesh = made.mesh;
   content->box = grown(made.box, composed.error_m);
   content->error_m = id.level < kDeepestLevel ? made.error_m + composed.error_m : 0.0;
+  content->spacing_m = id.level < kDeepestLevel ? sideOf(grid) / grid.cells : 0.0;
   content->range = composed.range;
   content->childRange = composed.childRange;
   addRelief(composed, id, parent, grid, *content);

@@ -26,6 +26,7 @@ struct TileContent {
   std::array<HeightRange, 4> childRange;
   double error_m = 0.0;  ///< as TileFacts has it
   double texel_m = 0.0;
+  double spacing_m = 0.0;
   std::uint64_t bytes = 0;  ///< of what is its own
 };
 
@@ -35,6 +36,7 @@ struct ContentMaker {
   geo::Ellipsoid ellipsoid;
   GroundLayers ground;
   ColourLayers colours;
+  bool regularMesh = false;  ///< as GlobeOptions has it
 
   /// Blocks while sources do. parent: of the tile over it; null for roots.
   std::shared_ptr<const TileContent> make(const tiling::TileId& id, const TileContent* parent) const;

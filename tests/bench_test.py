@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""What 'bench' writes, and the modes that pictures are compared in: --stats, --plot, --mesh and --vertices-per-pixel.
+
+    bench_test.py PROGRAM SOURCE_DIR WORK_DIR
+
+Exit status 77 (skipped) where there is no OpenGL.
+"""
+import csv
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+import xml.etree.ElementTree
+
+SKIPPED = 77
+SVG = "{http://www.w3.org/2000/svg}"
+CONTRACT = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "complete", "tiles_wanted",
+            "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
+
+
+class Bench(unittest.TestCase):
+    program = source = work = None
+
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(cls.work, ignore_errors=True)
+        cls.work.mkdir(parents=True)
+        cls.database = cls.work / "heights & <more>.tdb"  # a name that an XML file must not take as it is
+        subprocess.run([cls.program, "build", cls.database, cls.source / "data/mars/mola_dem_4ppd.tif", "--kind", "elevation",
+                        "--tiling", "healpix"], check=True, capture_output=True)
+        cls.path = cls.work / "path.csv"
+        cls.path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n0,0,-70,6000000,0,-90,0\n2,-10,-72,100000,20,-30,0\n")
+        done = cls.run_program("render", cls.database, "--camera", "0,0,6e6,0,-90,0", "--size", "64x64", "-o", "/dev/null")
+        if done.returncode == 1 and "OpenGL" in done.stderr:
+            sys.exit(SKIPPED)
+
+    @classmethod
+    def run_program(cls, *words):
+        return subprocess.run([cls.program, *map(str, words)], capture_output=True, text=True, timeout=120)
+
+    def bench(self, *more):
+        done = self.run_program("bench", self.database, "--path", self.path, "--size", "320x240", *more)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def stats(self, *more, camera="-10,-72,300000,20,-30,0"):
+        out = self.work / "stats.json"
+        done = self.run_program("render", self.database, "--camera", camera, "--size", "1024x768", "-o", self.work / "x.png",
+                                "--stats", out, *more)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(out.read_text())
+
+    def test_frames_and_plot(self):
+        frames, plot = self.work / "frames.csv", self.work / "frames.svg"
+        summary = json.loads(self.bench("--stats", frames, "--plot", plot, "--json"))
+        rows = list(csv.DictReader(frames.read_text().splitlines()))
+        self.assertEqual(len(rows), summary["frames"])
+        self.assertGreater(len(rows), 3)
+        for name in ["time_s", *CONTRACT, *(f"level_{level}" for level in range(32))]:
+            self.assertIn(name, rows[0])
+        times = [float(row["time_s"]) for row in rows]
+        self.assertEqual(times, sorted(times))
+        for row in rows:
+            self.assertEqual(sum(int(row[f"level_{level}"]) for level in range(32)), int(row["tiles_drawn"]))
+            self.assertIn(row["complete"], ("true", "false"))
+        self.assertGreater(int(rows[-1]["triangles"]), 0)
+
+        root = xml.etree.ElementTree.parse(plot).getroot()
+        self.assertEqual(root.tag, SVG + "svg")
+        words = [text.text for text in root.iter(SVG + "text")]
+        for wanted in ("Frame time", "Tiles wanted but missing", "Tiles drawn, by level", "Triangles", "GPU memory", "ms", "tiles",
+                       "thousands", "MiB", "seconds of the path", "whole frame", "level 0"):
+            self.assertIn(wanted, words)
+        self.assertIn("heights & <more>.tdb", words[0])
+        drawn_levels = sum(any(int(row[f"level_{level}"]) for row in rows) for level in range(32))
+        self.assertEqual(len(list(root.iter(SVG + "polygon"))), drawn_levels)
+        self.assertEqual(len(list(root.iter(SVG + "polyline"))), 6)  # three times, missing tiles, triangles, memory
+        width, height = float(root.get("width")), float(root.get("height"))
+        for shape in [*root.iter(SVG + "polygon"), *root.iter(SVG + "polyline")]:
+            points = [tuple(map(float, point.split(","))) for point in shape.get("points").split()]
+            self.assertGreater(len(points), 1)
+            for x, y in points:
+                self.assertTrue(0 <= x <= width and 0 <= y <= height, (x, y))
+
+    def test_the_last_time_of_the_plot_is_the_last_of_the_path(self):
+        plot = self.work / "ticks.svg"
+        self.bench("--plot", plot)
+        root = xml.etree.ElementTree.parse(plot).getroot()
+        ticks = [text.text for text in root.iter(SVG + "text") if text.get("text-anchor") == "middle"]
+        self.assertIn("2", ticks)
+
+    def test_the_regular_mesh_has_more_triangles_and_no_more_error(self):
+        bisected, regular = self.stats(), self.stats("--mesh", "regular")
+        self.assertEqual(regular["triangles"] % 32, 0)
+        self.assertGreater(regular["triangles"], 4 * bisected["triangles"])
+        self.assertLessEqual(max(bisected["max_screen_error_px"], regular["max_screen_error_px"]), 1.0)
+
+    def test_vertices_a_pixel(self):
+        before = 0
+        for density in (0.005, 0.05, 0.2, 1):
+            stats = self.stats("--vertices-per-pixel", density, "--mesh", "regular")
+            self.assertTrue(stats["complete"])
+            self.assertGreaterEqual(stats["triangles"], before)
+            before = stats["triangles"]
+        self.assertGreater(before / 2, 1024 * 768)  # the picture is all ground, so half as many vertices as triangles
+
+    def test_wrong_use(self):
+        view = ("render", self.database, "--camera", "0,0,6e6,0,-90,0", "-o", self.work / "x.png")
+        play = ("bench", self.database, "--path", self.path)
+        for words, part in (((*view, "--tolerance", 1, "--vertices-per-pixel", 1), "--vertices-per-pixel"),
+                            ((*view, "--vertices-per-pixel", "nan"), "--vertices-per-pixel"),
+                            ((*view, "--vertices-per-pixel", 0), "--vertices-per-pixel"),
+                            ((*view, "--mesh", "skirts"), "--mesh"),
+                            ((*play, "--plot", self.work / "x.png"), ".svg"),
+                            ((*play, "--plot", self.work / "x.svg", "--stats", self.work / "x.svg"), "the same file")):
+            done = self.run_program(*words)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(part, done.stderr)
+        self.assertFalse((self.work / "x.svg").exists())
+        for subcommand in ("render", "fly", "bench", "view"):
+            help_text = self.run_program(subcommand, "--help").stdout
+            self.assertIn("--vertices-per-pixel", help_text)
+            self.assertIn("--mesh", help_text)
+
+
+if __name__ == "__main__":
+    Bench.program, Bench.source, Bench.work = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+    unittest.main(argv=sys.argv[:1])
