@@ -190,6 +190,9 @@ void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
     const auto parent = records.find(id.parent());
     if (parent != records.end() && parent->second.content)
       range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
+    // It may be drawn as its parent's mesh, which misses the parent's samples by a little more than its tolerance.
+    const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
+    range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
   }
   r.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, exaggerated(range, r.exaggeration));
   if (!r.content) return;
@@ -338,7 +341,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
 
 void Globe::State::fillDebug(const CutOptions& options) {
   DebugOverlay& debug = frame.debug;
-  debug.tolerance_px = options.tolerance_px;
+  debug.tolerance_px = std::isfinite(options.tolerance_px) ? options.tolerance_px : 1.0;
   debug.boxes.clear();
   if (!debug.views.has(DebugView::boxes)) return;
   for (const DrawnTile& tile : frame.tiles)
