@@ -150,7 +150,7 @@ const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, c
   for (;;) {
     const scene::Frame& frame = globe.update(view, cut);
     const auto before = Clock::now();
-    if (frame.complete || before >= end || stop.stop_requested()) return frame;
+    if (frame.statistics.tilesWanted == 0 || before >= end || stop.stop_requested()) return frame;
     const auto nap = std::min(kNap, std::chrono::ceil<std::chrono::milliseconds>(end - before));
     const bool arrived = globe.waitForArrivals(nap);
     if (!arrived && Clock::now() < before + nap) return globe.update(view, cut);  // nothing is on its way

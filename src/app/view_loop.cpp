@@ -38,7 +38,7 @@ std::string place(const geo::Geodetic& g) {
 
 /// Nothing more will come: all is there, or the budget of tiles is spent.
 bool isSettled(const scene::Frame& frame) {
-  return frame.complete || (frame.statistics.cappedByBudget && frame.statistics.tilesWanted == 0);
+  return frame.statistics.tilesWanted == 0;
 }
 
 bool isEmpty(scene::Viewport size) {

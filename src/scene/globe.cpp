@@ -317,7 +317,7 @@ Light Globe::State::lightFor(const View& view) const {
 void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
-  frame.complete = selection.wanted.empty() && !selection.cappedByBudget;
+  frame.complete = selection.wanted.empty() && !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
