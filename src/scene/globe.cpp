@@ -167,6 +167,7 @@ struct Globe::State final : public TileTree {
   std::uint64_t contentBytes = 0;
   std::uint64_t updates = 0;
   std::vector<io::Failure> failures;
+  Selector selector{maker.tiling, maker.ellipsoid};
   std::array<CutMemory, 2> memories;  ///< of the last time and of this one; which is which, history says
   CutHistory history{.last = &memories[0], .now = &memories[1]};
   std::optional<double> time_s;      ///< of memories' newer one
@@ -448,8 +449,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options) {
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const CutHistory* history = s.historyAt(options);
-  const Selection selection =
-      select(s.maker.tiling, s.maker.ellipsoid, cutView, options, s.occluderDepth_m(), s, history);
+  const Selection& selection = s.selector.select(cutView, options, s.occluderDepth_m(), s, history);
   s.request(selection.wanted);
   s.fillFrame(view, selection);
   s.fillDebug(options);

@@ -53,15 +53,14 @@ struct Rim {
 /// The tiles of the same level that touch a tile.
 struct Touching {
   std::array<tiling::TileId, 4> edges;
-  std::array<std::vector<tiling::TileId>, 4> corners;
+  std::array<std::optional<tiling::TileId>, 4> corners;
 };
 
 Touching touching(const tiling::Tiling& tiling, const tiling::TileId& id) {
   Touching out;
   for (std::size_t k = 0; k < 4; ++k) {
     out.edges[k] = tiling.edgeNeighbour(id, tiling::kEdges[k]).tile;
-    for (const auto& t : tiling.cornerNeighbours(id, tiling::kCorners[k]))
-      out.corners[k].push_back(t);
+    out.corners[k] = tiling.cornerNeighbour(id, tiling::kCorners[k]);
   }
   return out;
 }
@@ -77,8 +76,7 @@ class StoredLevels {
       rim_.edges[e] = std::min(own_, levelOf(others.edges[e]));
     for (std::size_t k = 0; k < 4; ++k) {
       rim_.corners[k] = std::min(rim_.edges[k], rim_.edges[(k + 3) % 4]);
-      for (const auto& t : others.corners[k])
-        rim_.corners[k] = std::min(rim_.corners[k], levelOf(t));
+      if (others.corners[k]) rim_.corners[k] = std::min(rim_.corners[k], levelOf(*others.corners[k]));
     }
   }
 

@@ -1,8 +1,7 @@
 #include "scene/select.h"
 
 #include <algorithm>
-#include <queue>
-#include <unordered_map>
+#include <utility>
 
 #include "scene/view_frustum.h"
 
@@ -11,12 +10,66 @@ namespace {
 
 constexpr double kNearest_m = 0.5;
 
+/// Where the last frame drew a tile's place.
+enum class Before : std::uint8_t {
+  nowhere,
+  above,  ///< as part of a coarser tile
+  here,
+  below,  ///< as finer tiles
+};
+
+struct Node {
+  tiling::TileId id;
+  const TileFacts* facts = nullptr;
+  int parent = -1;
+  int firstChild = -1;    ///< its four children follow each other
+  bool seen = false;      ///< may be in the picture
+  bool waits = false;     ///< would be split, but has not left its parent's surface yet
+  bool hasDrawn = false;  ///< something below it is drawn
+  bool kept = false;      ///< is split only since it was, and its children are not back on its surface
+  Before before = Before::nowhere;
+  double distance_m = 0.0;
+  double error_px = 0.0;
+  double texel_px = 0.0;
+  double spacing_px = 0.0;
+  double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
+};
+struct Waiting {
+  double need;
+  tiling::TileId id;  ///< breaks ties, so that the order is the same on every run
+  int node;
+  bool operator<(const Waiting& o) const { return need != o.need ? need < o.need : id > o.id; }
+};
+
+/// What a cut is made in: its memory is kept.
+struct Buffers {
+  std::vector<Node> nodes;     ///< the roots first, in their order
+  std::vector<Waiting> queue;  ///< a heap
+  CornerLattice corners;       ///< where nothing is remembered
+  Selection out;
+
+  void clear() {
+    nodes.clear();
+    queue.clear();
+    Selection fresh;
+    std::swap(fresh.drawn, out.drawn);
+    std::swap(fresh.wanted, out.wanted);
+    fresh.drawn.clear();
+    fresh.wanted.clear();
+    out = std::move(fresh);
+  }
+};
+
 /// A forest of tiles that grows from the roots by splitting leaves.
 class Cut {
  public:
-  Cut(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view, const CutOptions& options,
-      double occluderDepth_m, TileTree& tree, const CutHistory* history)
-      : tiling_(tiling),
+  Cut(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, Buffers& buffers, const View& view,
+      const CutOptions& options, double occluderDepth_m, TileTree& tree, const CutHistory* history)
+      : nodes_(buffers.nodes),
+        queue_(buffers.queue),
+        ownCorners_(buffers.corners),
+        out_(buffers.out),
+        tiling_(tiling),
         ellipsoid_(ellipsoid),
         view_(view),
         frustum_(view),
@@ -26,14 +79,15 @@ class Cut {
         tree_(tree),
         history_(options.morph ? history : nullptr) {}
 
-  Selection run() {
+  void run() {
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)}, -1);
       if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
     while (!queue_.empty() && !out_.cappedByBudget) {
-      const Waiting worst = queue_.top();
-      queue_.pop();
+      const Waiting worst = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end());
+      queue_.pop_back();
       if (at(worst.node).firstChild < 0) {
         if (!split(worst.node, worst.need)) continue;
         at(worst.node).kept = worst.need == kKept;
@@ -41,7 +95,6 @@ class Cut {
       if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
     collect();
-    return std::move(out_);
   }
 
  private:
@@ -50,35 +103,10 @@ class Cut {
   static constexpr double kAboveRounding = 1e-6;
   static constexpr double kKept = 1e-6;  ///< of the need of tiles that were split in the last frame
 
-  /// Where the last frame drew a tile's place.
-  enum class Before : std::uint8_t {
-    nowhere,
-    above,  ///< as part of a coarser tile
-    here,
-    below,  ///< as finer tiles
-  };
-
-  struct Node {
-    tiling::TileId id;
-    const TileFacts* facts = nullptr;
-    int parent = -1;
-    int firstChild = -1;  ///< its four children follow each other
-    bool seen = false;    ///< may be in the picture
-    bool waits = false;   ///< would be split, but has not left its parent's surface yet
-    bool kept = false;    ///< is split only since it was, and its children are not back on its surface
-    Before before = Before::nowhere;
-    double distance_m = 0.0;
-    double error_px = 0.0;
-    double texel_px = 0.0;
-    double spacing_px = 0.0;
-    double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
-  };
-  struct Waiting {
-    double need;
-    tiling::TileId id;  ///< breaks ties, so that the order is the same on every run
-    int node;
-    bool operator<(const Waiting& o) const { return need != o.need ? need < o.need : id > o.id; }
-  };
+  void enqueue(double need, const tiling::TileId& id, int node) {
+    queue_.push_back({.need = need, .id = id, .node = node});
+    std::push_heap(queue_.begin(), queue_.end());
+  }
 
   Node& at(int node) { return nodes_[static_cast<std::size_t>(node)]; }
   bool isSeen(int node) { return at(node).seen; }
@@ -90,17 +118,16 @@ class Cut {
     nodes_.push_back(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
-      queue_.push({.need = node.need, .id = id, .node = index});
+      enqueue(node.need, id, index);
     } else if (node.before == Before::below && node.seen && !isBackOnItsSurface(node)) {
-      queue_.push({.need = kKept, .id = id, .node = index});
+      enqueue(kKept, id, index);
     }
     return index;
   }
 
   Before beforeOf(const Node& node) {
-    const auto& drawn = history_->last->drawn;
-    const auto found = drawn.find(node.id);
-    if (found != drawn.end()) return found->second == CutMemory::Was::leaf ? Before::here : Before::below;
+    if (const auto was = history_->last->find(node.id))
+      return *was == CutMemory::Was::leaf ? Before::here : Before::below;
     if (node.parent < 0) return Before::nowhere;
     const Before over = at(node.parent).before;
     return over == Before::here || over == Before::above ? Before::above : Before::nowhere;
@@ -110,9 +137,9 @@ class Cut {
   bool isBackOnItsSurface(const Node& node) {
     for (int q = 0; q < 4; ++q) {
       const tiling::TileId child = node.id.child(q);
-      const auto was = history_->last->drawn.find(child);
-      if (was == history_->last->drawn.end()) continue;
-      if (was->second == CutMemory::Was::split) return false;
+      const auto was = history_->last->find(child);
+      if (!was) continue;
+      if (*was == CutMemory::Was::split) return false;
       for (const CornerKey corner : tree_.facts(child)->corners.corners) {
         if (corner != kPoleCorner && history_->last->corners.valueAt(corner, child.level) > 0.0f) return false;
       }
@@ -166,10 +193,7 @@ class Cut {
     }
   }
 
-  void want(const tiling::TileId& id, double priority) {
-    double& known = wanted_[id];
-    known = std::max(known, priority);
-  }
+  void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
 
   /// The four children are there, or are asked for.
   bool childrenReady(const tiling::TileId& id, double priority) {
@@ -189,8 +213,7 @@ class Cut {
     for (const tiling::Edge edge : tiling::kEdges)
       visit(tiling_.edgeNeighbour(id, edge).tile);
     for (const tiling::Corner corner : tiling::kCorners) {
-      for (const tiling::TileId& tile : tiling_.cornerNeighbours(id, corner))
-        visit(tile);
+      if (const auto tile = tiling_.cornerNeighbour(id, corner)) visit(*tile);
     }
   }
 
@@ -231,7 +254,7 @@ class Cut {
       const int cover = covering(neighbour);
       const Node& beyond = at(cover);
       if (beyond.id.level == id.level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
-        queue_.push({.need = std::min(need, 1.0 + 0.25 * (need - 1.0)), .id = beyond.id, .node = cover});
+        enqueue(1.0 + 0.25 * (need - 1.0), beyond.id, cover);
     });
   }
 
@@ -296,18 +319,32 @@ class Cut {
 
   void remember(CutMemory& memory) {
     memory.drawn.clear();
-    for (const Node& node : nodes_) {
-      if (!isDrawn(node)) continue;
-      memory.drawn.emplace(node.id, CutMemory::Was::leaf);
-      for (int over = node.parent; over >= 0; over = at(over).parent) {
-        if (!memory.drawn.emplace(at(over).id, CutMemory::Was::split).second) break;
-      }
+    // Children follow their parents.
+    for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+      const bool drawn = isDrawn(*node);
+      if (!drawn && !node->hasDrawn) continue;
+      if (node->parent >= 0) at(node->parent).hasDrawn = true;
+      memory.drawn.push_back({.id = node->id, .was = drawn ? CutMemory::Was::leaf : CutMemory::Was::split});
     }
+    std::sort(memory.drawn.begin(), memory.drawn.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+  }
+
+  /// Each tile once, as urgent as the most urgent of those who asked for it.
+  void sortWanted() {
+    auto& wanted = out_.wanted;
+    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
+      return a.id != b.id ? a.id < b.id : a.priority > b.priority;
+    });
+    wanted.erase(std::unique(wanted.begin(), wanted.end(),
+                             [](const WantedTile& a, const WantedTile& b) { return a.id == b.id; }),
+                 wanted.end());
+    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
+      return a.priority != b.priority ? a.priority > b.priority : a.id < b.id;
+    });
   }
 
   void collect() {
-    CornerLattice forgotten;
-    CornerLattice& corners = history_ != nullptr ? history_->now->corners : forgotten;
+    CornerLattice& corners = history_ != nullptr ? history_->now->corners : ownCorners_;
     if (options_.morph) settleCorners(corners);
     for (const Node& node : nodes_) {
       if (!isDrawn(node)) continue;
@@ -319,13 +356,13 @@ class Cut {
       out_.drawn.push_back(tile);
     }
     if (history_ != nullptr) remember(*history_->now);
-    for (const auto& [id, priority] : wanted_)
-      out_.wanted.push_back({.id = id, .priority = priority});
-    std::sort(out_.wanted.begin(), out_.wanted.end(), [](const WantedTile& a, const WantedTile& b) {
-      return a.priority != b.priority ? a.priority > b.priority : a.id < b.id;
-    });
+    sortWanted();
   }
 
+  std::vector<Node>& nodes_;
+  std::vector<Waiting>& queue_;
+  CornerLattice& ownCorners_;
+  Selection& out_;
   const tiling::Tiling& tiling_;
   const geo::Ellipsoid& ellipsoid_;
   const View& view_;
@@ -335,11 +372,7 @@ class Cut {
   double occluderDepth_m_;
   TileTree& tree_;
   const CutHistory* history_;
-  std::vector<Node> nodes_;  ///< the roots first, in their order
   std::size_t leaves_ = 0;
-  std::priority_queue<Waiting> queue_;
-  std::unordered_map<tiling::TileId, double, tiling::TileIdHash> wanted_;
-  Selection out_;
 };
 
 }  // namespace
@@ -348,9 +381,34 @@ double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
   return length_m / (std::max(distance_m, kNearest_m) * pixelAngle);
 }
 
+std::optional<CutMemory::Was> CutMemory::find(const tiling::TileId& id) const {
+  const auto found = std::lower_bound(drawn.begin(), drawn.end(), id,
+                                      [](const Drawn& d, const tiling::TileId& i) { return d.id < i; });
+  return found != drawn.end() && found->id == id ? std::optional(found->was) : std::nullopt;
+}
+
+struct Selector::Work {
+  tiling::Tiling tiling;
+  geo::Ellipsoid ellipsoid;
+  Buffers buffers;
+};
+
+Selector::Selector(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid)
+    : work_(std::make_unique<Work>(Work{.tiling = tiling, .ellipsoid = ellipsoid, .buffers = {}})) {}
+Selector::~Selector() = default;
+Selector::Selector(Selector&&) noexcept = default;
+Selector& Selector::operator=(Selector&&) noexcept = default;
+
+const Selection& Selector::select(const View& view, const CutOptions& options, double occluderDepth_m, TileTree& tree,
+                                  const CutHistory* history) {
+  work_->buffers.clear();
+  Cut(work_->tiling, work_->ellipsoid, work_->buffers, view, options, occluderDepth_m, tree, history).run();
+  return work_->buffers.out;
+}
+
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree, const CutHistory* history) {
-  return Cut(tiling, ellipsoid, view, options, occluderDepth_m, tree, history).run();
+  return Selector(tiling, ellipsoid).select(view, options, occluderDepth_m, tree, history);
 }
 
 }  // namespace tellurion::scene

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "geo/ellipsoid.h"
@@ -84,8 +84,14 @@ struct Selection {
 /// What a frame drew, for the next one to go on from without a jump.
 struct CutMemory {
   enum class Was : std::uint8_t { leaf, split };
-  std::unordered_map<tiling::TileId, Was, tiling::TileIdHash> drawn;  ///< leaves that were drawn and what is over them
+  struct Drawn {
+    tiling::TileId id;
+    Was was = Was::leaf;
+  };
+  std::vector<Drawn> drawn;  ///< leaves that were drawn and what is over them, in the order of their numbers
   CornerLattice corners;
+
+  std::optional<Was> find(const tiling::TileId& id) const;
 };
 
 struct CutHistory {
@@ -109,6 +115,23 @@ struct CutHistory {
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);
+
+/// The same, frame after frame: keeps the memory of its work, so that a view that needs nothing new allocates nothing.
+class Selector {
+ public:
+  Selector(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid);
+  ~Selector();
+  Selector(Selector&&) noexcept;
+  Selector& operator=(Selector&&) noexcept;
+
+  /// Valid until the next call.
+  const Selection& select(const View& view, const CutOptions& options, double occluderDepth_m, TileTree& tree,
+                          const CutHistory* history = nullptr);
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
 
 /// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
 /// as that.

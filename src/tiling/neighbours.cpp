@@ -191,8 +191,9 @@ EdgeNeighbour Tiling::edgeNeighbour(const TileId& id, Edge edge) const {
 }
 
 // Walks around the corner from tile to tile until it is back.
-std::vector<TileId> Tiling::cornerNeighbours(const TileId& id, Corner corner) const {
-  std::vector<TileId> around;
+std::optional<TileId> Tiling::cornerNeighbour(const TileId& id, Corner corner) const {
+  std::array<TileId, 4> around;
+  std::size_t count = 0;
   TileId at = id;
   Corner atCorner = corner;
   Edge through = edgesOf(corner).horizontal;
@@ -202,11 +203,10 @@ std::vector<TileId> Tiling::cornerNeighbours(const TileId& id, Corner corner) co
     atCorner = atBegin ? endsOf(next.edge).begin : endsOf(next.edge).end;
     at = next.tile;
     through = otherEdgeAt(atCorner, next.edge);
-    around.push_back(at);
-  } while (at != id);
-  // First and second to last are the edge neighbours, last is id itself.
-  if (around.size() < 4) return {};
-  return {around.begin() + 1, around.end() - 2};
+    around[count++] = at;
+  } while (at != id && count < around.size());
+  // First and third are the edge neighbours, the fourth is id itself.
+  return count < 4 ? std::nullopt : std::optional(around[1]);
 }
 
 }  // namespace tellurion::tiling

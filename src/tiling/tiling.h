@@ -96,10 +96,10 @@ class Tiling {
 
   /// Across a pole of the geographic scheme: the tile of the same column on the other root, top to top, not reversed.
   EdgeNeighbour edgeNeighbour(const TileId& id, Edge edge) const;
-  /// The tiles of the same level that touch a corner of `id`, without `id` itself and without its two edge neighbours
-  /// there: one where four tiles meet, none where three do. At a pole of the geographic scheme, which every tile of the
+  /// The tile of the same level that touches a corner of `id`, besides `id` itself and its two edge neighbours there:
+  /// one where four tiles meet, none where three do. At a pole of the geographic scheme, which every tile of the
   /// row touches, only the one diagonally across.
-  std::vector<TileId> cornerNeighbours(const TileId& id, Corner corner) const;
+  std::optional<TileId> cornerNeighbour(const TileId& id, Corner corner) const;
 
   geo::GeoRect bounds(const TileId& id) const;  ///< holds the tile; tight to 1e-9 degrees where no pole is inside
   Cap cap(const TileId& id) const;              ///< holds the tile
