@@ -2,7 +2,7 @@
 # Repeats the known experiments, and compares meshes and tolerances: prints the tables of docs/measurements.md.
 #   bench/experiments.sh [PROGRAM] [PLOTS_DIR] [PART...]
 # PART: vertices, path, meshes, tolerances; all of them unless some are named. The plots of the 30 s path go into PLOTS_DIR
-# (build/experiments). All takes seven minutes.
+# (build/experiments). All takes seven to twelve minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(realpath "${1:-build/release/bin/tellurion}")
@@ -12,17 +12,21 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 size=1024x768
 
-# figures FRAMES.csv: of the complete frames without the first third, which draw for the first time: median milliseconds,
-# triangles, tiles, largest screen error in pixels. Where no frame is complete, of all of them, with a star.
+# figures FRAMES.csv: of the settled frames (the last ones, complete and of as many triangles as the very last; a frame that
+# still morphs may be complete too) median milliseconds, triangles, tiles, largest screen error in pixels. Where there are
+# fewer than five, of the last ten frames, with a star.
 figures() {
   python3 - "$1" <<'PY'
 import csv, statistics, sys
 rows = list(csv.DictReader(open(sys.argv[1])))
-whole = [row for row in rows if row["complete"] == "true"]
-star = "" if whole else "*"
-kept = whole[len(whole) // 3:] or rows
+settled = len(rows)
+while settled and rows[settled - 1]["complete"] == "true" and rows[settled - 1]["triangles"] == rows[-1]["triangles"]:
+    settled -= 1
+kept = rows[settled + 1:]
+star = "" if len(kept) >= 5 else "*"
+kept = rows[-10:] if star else kept
 median = lambda name: statistics.median(float(row[name]) for row in kept)
-print(f"{median('frame_ms'):.3g}{star}", f"{median('triangles'):.0f}", f"{median('tiles_drawn'):.0f}", f"{median('max_screen_error_px'):.3g}")
+print(f"{median('frame_ms'):.{0 if median('frame_ms') >= 100 else 1}f}{star}", f"{median('triangles'):.0f}", f"{median('tiles_drawn'):.0f}", f"{median('max_screen_error_px'):.3g}")
 PY
 }
 
