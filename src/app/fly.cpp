@@ -146,10 +146,8 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
     const scene::View view =
         scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
-    scene::CutOptions cut = arguments.picture.cut();
-    cut.time_s = number / arguments.fps;
     const scene::Frame& frame =
-        settledFrame(globe, view, cut, std::chrono::duration<double>(arguments.timeout_s), stop);
+        settledFrame(globe, view, arguments.picture.cut(), std::chrono::duration<double>(arguments.timeout_s), stop);
     if (stop.stop_requested())
       return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));
     // A flight is the same on every run or it fails: a frame that is not whole ends it.

@@ -67,7 +67,7 @@ void CornerLattice::clear() {
   used_ = 0;
 }
 
-void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal) {
+void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed) {
   for (const CornerKey key : tile.corners) {
     if (key == kPoleCorner) continue;
     Corner& c = at(key);
@@ -77,6 +77,7 @@ void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fro
     }
     if (!drawn) continue;
     c.fromParent = c.fromParent || fromParent;
+    c.speed = std::max(c.speed, speed);
     c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
     if (level == c.finest) c.goal = std::max(c.goal, goal);
   }
@@ -97,7 +98,7 @@ bool CornerLattice::settle(const CornerLattice* last, float step) {
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
     if (before == nullptr && !c.fromParent) continue;
     const float from = before != nullptr ? valueIn(*before, c.finest) : 0.0f;
-    c.value = std::clamp(goal, from - step, from + step);
+    c.value = std::clamp(goal, from - step * c.speed, from + step * c.speed);
     atGoals = atGoals && c.value == goal;
   }
   return atGoals;

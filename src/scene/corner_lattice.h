@@ -31,9 +31,10 @@ class CornerLattice {
   /// A leaf of the cut. Those not drawn count as finer neighbours but not as coarser ones: how coarse the ground out of
   /// view is must not show.
   /// fromParent: at the last frame the place was drawn by a coarser tile, so corners that are new begin at 0.
-  void add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal);
+  /// speed: how many times the usual step its values may take, >= 1.
+  void add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed);
   /// After all were added: values are where they should be; where there is a last frame that had the corner, no more
-  /// than `step` from its value. False: some have not reached their goal.
+  /// than `step` times its speed from its value. False: some have not reached their goal.
   bool settle(const CornerLattice* last, float step);
 
   /// 0 where no tile of this level has the corner, 1 where finer ones have.
@@ -46,6 +47,7 @@ class CornerLattice {
     std::int8_t coarsestDrawn = 127;
     bool fromParent = false;
     float goal = 0.0f;
+    float speed = 1.0f;
     float value = 0.0f;
   };
   Corner& at(CornerKey key);

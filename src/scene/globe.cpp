@@ -205,8 +205,9 @@ void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.facts.tightBox = content.box;
   if (r.exaggeration != 1.0) {
     HeightRange drawn = exaggerated(content.range, r.exaggeration);
-    drawn.low_m -= r.facts.error_m;
-    drawn.high_m += r.facts.error_m;
+    const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
+    drawn.low_m -= r.facts.error_m + reach_m;
+    drawn.high_m += r.facts.error_m + reach_m;
     r.facts.tightBox = estimatedBox(maker.tiling, maker.ellipsoid, id, drawn);
   }
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on

@@ -80,6 +80,7 @@ class Cut {
         history_(options.morph ? history : nullptr) {}
 
   void run() {
+    leaves_ = static_cast<std::size_t>(tiling_.rootCount());
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)}, -1);
       if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
@@ -89,8 +90,8 @@ class Cut {
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
       if (at(worst.node).firstChild < 0) {
-        if (!split(worst.node, worst.need)) continue;
         at(worst.node).kept = worst.need == kKept;
+        if (!split(worst.node, worst.need)) continue;
       }
       if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
@@ -115,6 +116,8 @@ class Cut {
     Node node{.id = id, .facts = tree_.facts(id), .parent = parent};
     classify(node);
     if (history_ != nullptr) node.before = beforeOf(node);
+    // What is only there until it looks like its parent asks for nothing below it.
+    if (parent >= 0 && at(parent).kept) node.need = std::min(node.need, 1.0);
     nodes_.push_back(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
@@ -208,6 +211,20 @@ class Cut {
     return ready;
   }
 
+  /// While a tile waits for its morph, what will be needed below its children comes already.
+  void prefetchBelow(const tiling::TileId& id, double priority) {
+    for (int q = 0; q < 4; ++q) {
+      const tiling::TileId child = id.child(q);
+      const TileFacts* facts = tree_.facts(child);
+      if (!facts->drawable || !inPicture(*facts) || beyondHorizon(*facts)) continue;
+      const double distance_m = facts->tightBox.distance_m(view_.eye);
+      const double need = std::max({pixelsAcross(facts->error_m, distance_m, pixelAngle_) / options_.tolerance_px,
+                                    pixelsAcross(facts->texel_m, distance_m, pixelAngle_),
+                                    pixelsAcross(facts->spacing_m, distance_m, pixelAngle_) / options_.maxSpacing_px});
+      if (need > 1.0 && childrenReady(child, std::min(need, priority))) prefetchBelow(child, priority);
+    }
+  }
+
   template <class Visit>
   void forEachTouching(const tiling::TileId& id, const Visit& visit) {
     for (const tiling::Edge edge : tiling::kEdges)
@@ -223,7 +240,7 @@ class Cut {
     const tiling::TileId id = at(node).id;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     if (static_cast<int>(leaves_) + 3 > options_.maxTiles) {
-      out_.cappedByBudget = true;
+      out_.cappedByBudget = out_.cappedByBudget || priority > 1.0;
       return false;
     }
     if (!childrenReady(id, priority)) return false;
@@ -236,6 +253,7 @@ class Cut {
     });
     if (!mayPart(at(node))) {
       at(node).waits = true;
+      prefetchBelow(id, priority);
       return false;
     }
     if (!balanced) return false;
@@ -294,6 +312,11 @@ class Cut {
     return static_cast<float>(std::max({geometry, texture, samples}));
   }
 
+  /// Ground that is far off hurries: from twice the tolerance on, in proportion.
+  float speedOf(const Node& node) {
+    return node.parent < 0 ? 1.0f : static_cast<float>(std::max(1.0, 0.5 * at(node.parent).need));
+  }
+
   bool isDrawn(const Node& node) const { return node.firstChild < 0 && node.seen && node.facts->drawable; }
 
   /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
@@ -304,16 +327,31 @@ class Cut {
     return node.error_px + (1.0 - least) * std::max(ofParent - node.error_px, 0.0);
   }
 
+  /// Its children are leaves on its surface: the next frame draws it instead.
+  bool isReadyToMerge(const Node& node, const CornerLattice& corners) {
+    for (int child = node.firstChild; child < node.firstChild + 4; ++child) {
+      if (at(child).firstChild >= 0) return false;
+      if (!isDrawn(at(child))) continue;
+      for (const CornerKey corner : at(child).facts->corners.corners) {
+        if (corner != kPoleCorner && corners.valueAt(corner, node.id.level + 1) > 0.0f) return false;
+      }
+    }
+    return true;
+  }
+
   void settleCorners(CornerLattice& corners) {
     corners.clear();
     for (const Node& node : nodes_) {
       if (node.firstChild < 0)
-        corners.add(node.facts->corners, node.id.level, isDrawn(node), node.before == Before::above, goalOf(node));
+        corners.add(node.facts->corners, node.id.level, isDrawn(node), node.before == Before::above, goalOf(node),
+                    speedOf(node));
     }
     const bool atGoals = history_ != nullptr
                              ? corners.settle(&history_->last->corners, static_cast<float>(history_->step))
                              : corners.settle(nullptr, 1.0f);
-    const bool unfinished = std::any_of(nodes_.begin(), nodes_.end(), [](const Node& n) { return n.waits || n.kept; });
+    const bool unfinished = std::any_of(nodes_.begin(), nodes_.end(), [&](const Node& n) {
+      return n.waits || (n.kept && n.firstChild >= 0 && isReadyToMerge(n, corners));
+    });
     out_.morphing = !atGoals || unfinished;
   }
 

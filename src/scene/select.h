@@ -25,9 +25,9 @@ struct CutOptions {
   int maxTiles = 3000;
   /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
   bool morph = true;
-  /// Where the scene's clock stands. With it, what a jump would show (late data, tiles that come into the picture)
-  /// fades in over fade_s seconds from what was drawn at the last different time; without, nothing is remembered, and a
-  /// frame depends on its view alone.
+  /// Where the scene's clock stands. With it, what would jump (late data above all) fades in over fade_s seconds a
+  /// level, faster where it is far off, from what was drawn at the last different time; until then a frame is not
+  /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
   double fade_s = 0.3;
 };
