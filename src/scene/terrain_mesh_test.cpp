@@ -178,6 +178,7 @@ std::optional<geo::Vec3> pointAt(const DrawnTile& tile, int s2, int t2, const Fr
 
 TEST_P(MeshOnTiling, withoutMorphATileLiesOnItsParentsTriangles) {
   std::mt19937_64 random = geo::seededGenerator();
+  int moved = 0;
   for (int i = 0; i < 18; ++i) {
     TileId id = randomTile(random, i < 14 ? 8 : 22);
     if (id.level == 0) id = id.child(i % 4);
@@ -191,21 +192,20 @@ TEST_P(MeshOnTiling, withoutMorphATileLiesOnItsParentsTriangles) {
     tile.morph = {};
     Frame frame;
     frame.vertexGrid_m = vertexGrid_m(kEarth);
-    double moved_m = 0.0;
+    const double slack_m = 2.0 * static_cast<double>(tile.mesh->parentStep_m);
     for (const TerrainVertex& v : tile.mesh->vertices) {
       const auto expected =
           pointAt(parent, v.s + (id.quadrant() & 1) * kPlaceUnits, v.t + (id.quadrant() >> 1) * kPlaceUnits, frame);
       ASSERT_TRUE(expected);
       const geo::Vec3 drawn = drawnPosition(tile, v, frame).m;
-      ASSERT_LE(geo::length(drawn - *expected), 2.0 * static_cast<double>(tile.mesh->parentStep_m))
-          << "at " << v.s << ", " << v.t << " of " << int(id.level) << "/" << int(id.root) << "/" << id.x << "/"
-          << id.y;
+      ASSERT_LE(geo::length(drawn - *expected), slack_m) << "at " << v.s << ", " << v.t << " of " << int(id.level)
+                                                         << "/" << int(id.root) << "/" << id.x << "/" << id.y;
       DrawnTile own = tile;
       own.morph.fill(1.0f);
-      moved_m = std::max(moved_m, geo::length(drawn - drawnPosition(own, v, frame).m));
+      moved += geo::length(drawn - drawnPosition(own, v, frame).m) > slack_m ? 1 : 0;
     }
-    EXPECT_GT(moved_m, 2.0 * static_cast<double>(tile.mesh->parentStep_m));
   }
+  EXPECT_GT(moved, 1000);
 }
 
 /// Where the vertices on an edge are drawn, in the order along it.
