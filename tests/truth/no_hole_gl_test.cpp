@@ -6,6 +6,7 @@
 //                                             data loaded, the second half while tiles arrive late and in any order
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -129,6 +130,7 @@ void moveALittle(Eye& eye, Random& random) {
 struct Tally {
   int frames = 0;
   int incomplete = 0;   ///< something was on its way
+  int capped = 0;       ///< the cut had tiles enough before it was fine enough
   int morphing = 0;     ///< some tile was between its parent's surface and its own
   int underGround = 0;  ///< frames left out: the eye could not be kept above what is drawn
   long pixels = 0;      ///< whose rays are sure to meet the ground
@@ -229,9 +231,11 @@ class Walk {
 
   const scene::Frame& wholeFrame(const scene::View& view, const scene::CutOptions& options) {
     const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (!globe_->update(view, options).complete && std::chrono::steady_clock::now() < deadline)
+    while (globe_->update(view, options).statistics.tilesWanted > 0 && std::chrono::steady_clock::now() < deadline)
       globe_->waitForArrivals(100ms);
-    return globe_->update(view, options);
+    const scene::Frame& frame = globe_->update(view, options);
+    EXPECT_EQ(frame.statistics.tilesWanted, 0);
+    return frame;
   }
 
   const scene::Frame& frameFor(const scene::View& view) {
@@ -253,7 +257,8 @@ class Walk {
 
   void count(const scene::Frame& frame, const render::RenderTarget& target, int number) {
     ++tally_.frames;
-    tally_.incomplete += frame.complete ? 0 : 1;
+    tally_.incomplete += frame.statistics.tilesWanted > 0 ? 1 : 0;
+    tally_.capped += frame.statistics.cappedByBudget ? 1 : 0;
     tally_.morphing += isMorphing(frame) ? 1 : 0;
     const double height_m = std::max(scene::cameraOf(frame.view, kEarth).position.height_m, 0.0);
     const double horizon_m = std::sqrt(height_m * (height_m + 2.0 * kEarth.semiMajorAxis_m()));
@@ -292,17 +297,17 @@ class Walk {
   /// Where a hole is, and the tiles there.
   std::string described(const scene::Frame& frame, const geo::BodyPosition& at, int col, int row, bool isDeep) const {
     const scene::Camera camera = scene::cameraOf(frame.view, kEarth);
-    std::string out = "\n  first at pixel " + std::to_string(col) + ", " + std::to_string(row) +
-                      (isDeep ? "" : ", near the outline") + "; eye " + std::to_string(camera.position.lat.degrees()) +
-                      ", " + std::to_string(camera.position.lon.degrees()) + ", " +
-                      std::to_string(camera.position.height_m) + " m; heading " +
-                      std::to_string(camera.heading.degrees()) + ", pitch " + std::to_string(camera.pitch.degrees()) +
-                      ", roll " + std::to_string(camera.roll.degrees()) + ", fov " +
-                      std::to_string(frame.view.verticalFov.degrees()) + "; exaggeration " +
-                      std::to_string(frame.exaggeration) + ", tolerance " + std::to_string(tolerance_px_) +
-                      (hasClock_ ? ", with a clock" : "") + (frame.complete ? ", complete" : ", incomplete") + ", " +
-                      std::to_string(frame.tiles.size()) + " tiles; ground height known below the eye " +
-                      std::to_string(globe_->groundHeight_m(eye_.over).value_or(0.0)) + " m";
+    std::string out =
+        "\n  first at pixel " + std::to_string(col) + ", " + std::to_string(row) +
+        (isDeep ? "" : ", near the outline") + "; eye " + std::to_string(camera.position.lat.degrees()) + ", " +
+        std::to_string(camera.position.lon.degrees()) + ", " + std::to_string(camera.position.height_m) +
+        " m; heading " + std::to_string(camera.heading.degrees()) + ", pitch " +
+        std::to_string(camera.pitch.degrees()) + ", roll " + std::to_string(camera.roll.degrees()) + ", fov " +
+        std::to_string(frame.view.verticalFov.degrees()) + "; exaggeration " + std::to_string(frame.exaggeration) +
+        ", tolerance " + std::to_string(tolerance_px_) + (hasClock_ ? ", with a clock" : "") +
+        (frame.statistics.tilesWanted > 0 ? ", incomplete" : "") + (frame.statistics.cappedByBudget ? ", capped" : "") +
+        ", " + std::to_string(frame.tiles.size()) + " tiles; ground height known below the eye " +
+        std::to_string(globe_->groundHeight_m(eye_.over).value_or(0.0)) + " m";
     const geo::Direction d = kEarth.directionFromBody(at);
     const tiling::RootPoint p = tiling_.rootPoint(d);
     out += "; the ray comes down " + std::to_string(geo::length(at - frame.view.eye)) + " m away, at " +
@@ -337,7 +342,8 @@ TEST_P(NoHole, InAnyFrame) {
   const auto target = render::RenderTarget::create(kSize);
   ASSERT_TRUE(target);
   const std::string name(nameOf(GetParam()));
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("no_hole_" + name);
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("no_hole_" + name + std::to_string(getpid()));
   const auto source = earthOn(GetParam(), folder);
   ASSERT_TRUE(source);
   for (const bool late : {false, true}) {
@@ -345,10 +351,11 @@ TEST_P(NoHole, InAnyFrame) {
     ASSERT_TRUE(walk.begin());
     const Tally tally = walk.look(framesPerTiling / 2, *renderer, *target);
     std::printf(
-        "%-10s %-5s %4d frames, %4d incomplete, %4d morphing, %d left out; %ld pixels, %ld of them %g m deep; %ld "
+        "%-10s %-5s %4d frames, %4d incomplete, %d capped, %4d morphing, %d left out; %ld pixels, %ld of them %g m "
+        "deep; %ld "
         "holes\n",
-        name.c_str(), late ? "late" : "whole", tally.frames, tally.incomplete, tally.morphing, tally.underGround,
-        tally.pixels, tally.deepPixels, kDeepestGround_m, tally.holes);
+        name.c_str(), late ? "late" : "whole", tally.frames, tally.incomplete, tally.capped, tally.morphing,
+        tally.underGround, tally.pixels, tally.deepPixels, kDeepestGround_m, tally.holes);
     EXPECT_GT(tally.pixels, 0);
     EXPECT_EQ(tally.incomplete > 0, late);
   }
