@@ -1,14 +1,19 @@
-// The ground has no holes: a background that occurs nowhere else must not show wherever a ray is sure to meet the
-// ground.
+// The ground has no holes, however far its tiles have left their parents' surfaces and however high it is drawn: a
+// background that occurs nowhere else must not show wherever a ray is sure to meet the ground.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <map>
 #include <set>
 
 #include "geo/body.h"
 #include "geo/seed_test.h"
+#include "render/deepest_ground_test.h"
 #include "render/synthetic_tiles_test.h"
+#include "scene/corner_lattice.h"
+#include "scene/drawn_vertex.h"
 #include "scene/picking.h"
 #include "scene/terrain_mesh.h"
 
@@ -28,70 +33,100 @@ struct Relief {
   }
 };
 
-/// A tile as the scene makes them: vertices of neighbours agree to the last bit, coarse edges meet the parent's level.
-scene::DrawnTile groundTile(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
-                            const synthetic::HeightFunction& height) {
-  scene::GroundSamples samples(kCells + 3, kCells + 3);
-  for (int row = 0; row <= kCells; ++row) {
-    for (int col = 0; col <= kCells; ++col) {
-      const geo::Direction d = tiling.direction(tiling::rootPointIn(id, 1.0 * col / kCells, 1.0 * row / kCells));
-      samples.at(col + 1, row + 1) = static_cast<float>(height(d));
-    }
-  }
-  scene::DrawnTile tile;
-  tile.id = id;
-  tile.mesh = scene::makeTerrainMesh(tiling, ellipsoid, scene::surfaceGrid(tiling, ellipsoid, id, samples)).mesh;
-  return tile;
-}
+/// Tiles as the scene makes them: vertices of neighbours agree to the last bit, coarse edges meet the parent's level,
+/// and all but the roots know the way to their parent's surface.
+class GroundTiles {
+ public:
+  GroundTiles(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, synthetic::HeightFunction height)
+      : tiling_(tiling), ellipsoid_(ellipsoid), height_(std::move(height)) {}
 
-/// Tiles of two levels at random; each fine tile beside a coarse one gets its coarse edge.
-std::vector<scene::DrawnTile> mixedLevels(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level,
-                                          const synthetic::HeightFunction& height, std::mt19937_64& random) {
-  std::set<tiling::TileId> refined;
-  std::vector<tiling::TileId> all;
-  const auto side = std::uint32_t{1} << static_cast<unsigned>(level);
-  for (int root = 0; root < tiling.rootCount(); ++root) {
-    for (std::uint32_t i = 0; i < side * side; ++i)
-      all.push_back({static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(root), i % side, i / side});
+  scene::DrawnTile tile(const tiling::TileId& id) {
+    scene::DrawnTile tile;
+    tile.id = id;
+    tile.mesh = mesh(id);
+    return tile;
   }
-  for (const tiling::TileId& id : all) {
-    if (random() % 2 == 0) refined.insert(id);
+
+  std::vector<scene::DrawnTile> oneLevel(int level) {
+    std::vector<scene::DrawnTile> tiles;
+    for (const tiling::TileId& id : idsOf(level))
+      tiles.push_back(tile(id));
+    return tiles;
   }
-  std::vector<scene::DrawnTile> tiles;
-  for (const tiling::TileId& id : all) {
-    if (!refined.contains(id)) {
-      tiles.push_back(groundTile(tiling, ellipsoid, id, height));
-      continue;
+
+  std::vector<tiling::TileId> idsOf(int level) const {
+    std::vector<tiling::TileId> all;
+    const auto side = std::uint32_t{1} << static_cast<unsigned>(level);
+    for (int root = 0; root < tiling_.rootCount(); ++root) {
+      for (std::uint32_t i = 0; i < side * side; ++i)
+        all.push_back({static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(root), i % side, i / side});
     }
-    for (int quadrant = 0; quadrant < 4; ++quadrant) {
-      const tiling::TileId child = id.child(quadrant);
-      tiles.push_back(groundTile(tiling, ellipsoid, child, height));
-      for (const tiling::Edge edge : tiling::kEdges) {
-        const tiling::TileId parent = tiling.edgeNeighbour(child, edge).tile.parent();
-        if (parent != id && !refined.contains(parent))
-          tiles.back().coarseEdges =
-              static_cast<std::uint8_t>(tiles.back().coarseEdges | 1u << static_cast<unsigned>(edge));
+    return all;
+  }
+
+  /// Tiles of two levels at random; each fine tile beside a coarse one gets its coarse edge.
+  std::vector<scene::DrawnTile> mixedLevels(int level, std::mt19937_64& random) {
+    const std::vector<tiling::TileId> all = idsOf(level);
+    std::set<tiling::TileId> refined;
+    for (const tiling::TileId& id : all) {
+      if (random() % 2 == 0) refined.insert(id);
+    }
+    std::vector<scene::DrawnTile> tiles;
+    for (const tiling::TileId& id : all) {
+      if (!refined.contains(id)) {
+        tiles.push_back(tile(id));
+        continue;
+      }
+      for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        const tiling::TileId child = id.child(quadrant);
+        tiles.push_back(tile(child));
+        for (const tiling::Edge edge : tiling::kEdges) {
+          const tiling::TileId parent = tiling_.edgeNeighbour(child, edge).tile.parent();
+          if (parent != id && !refined.contains(parent))
+            tiles.back().coarseEdges =
+                static_cast<std::uint8_t>(tiles.back().coarseEdges | 1u << static_cast<unsigned>(edge));
+        }
       }
     }
+    return tiles;
   }
-  return tiles;
-}
 
-/// How far a triangle may lie below a surface that its corners lie on: one with the longest side l reaches l / sqrt(3)
-/// from its middle, so l^2 / 6R, a little more where l is not small beside R.
-double deepestSag_m(const std::vector<scene::DrawnTile>& tiles, const geo::Ellipsoid& ellipsoid) {
-  double longest_m = 0.0;
-  for (const scene::DrawnTile& tile : tiles) {
-    const auto& indices = tile.mesh->indices;
-    const auto corner = [&](std::size_t i) { return tile.mesh->vertices[indices[i]].position_tile; };
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-      const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
-      longest_m = std::max(longest_m, static_cast<double>(glm::length(corner(next) - corner(i))));
+ private:
+  std::shared_ptr<const scene::TerrainMesh> mesh(const tiling::TileId& id) {
+    if (const auto found = meshes_.find(id); found != meshes_.end()) return found->second;
+    const auto parent = id.level > 0 ? mesh(id.parent()) : nullptr;
+    scene::GroundSamples samples(kCells + 3, kCells + 3);
+    for (int row = 0; row <= kCells; ++row) {
+      for (int col = 0; col <= kCells; ++col) {
+        const geo::Direction d = tiling_.direction(tiling::rootPointIn(id, 1.0 * col / kCells, 1.0 * row / kCells));
+        samples.at(col + 1, row + 1) = static_cast<float>(height_(d));
+      }
     }
+    const scene::SurfaceGrid grid = scene::surfaceGrid(tiling_, ellipsoid_, id, samples);
+    return meshes_[id] = scene::makeTerrainMesh(tiling_, ellipsoid_, grid, parent.get()).mesh;
   }
-  const double b = ellipsoid.semiMinorAxis_m();
-  const double leastRadius_m = b * b / ellipsoid.semiMajorAxis_m();
-  return longest_m * longest_m / (5.0 * leastRadius_m);
+
+  tiling::Tiling tiling_;
+  geo::Ellipsoid ellipsoid_;
+  synthetic::HeightFunction height_;
+  std::map<tiling::TileId, std::shared_ptr<const scene::TerrainMesh>> meshes_;
+};
+
+/// Heights once or three times as high, and every corner where tiles meet anywhere on the way from the parents'
+/// surfaces, at its ends too; as the cut sets it, so that a corner of two levels is where both have the same surface.
+void drawAtRandom(scene::Frame& frame, const tiling::Tiling& tiling, std::mt19937_64& random) {
+  frame.exaggeration = random() % 2 == 0 ? 1.0 : 3.0;
+  scene::CornerLattice corners;
+  for (const scene::DrawnTile& tile : frame.tiles) {
+    const double goal = std::clamp(geo::uniform(random, -1.5, 1.2), 0.0, 1.0);
+    corners.add(scene::tileCorners(tiling, tile.id), tile.id.level, true, false, static_cast<float>(goal));
+  }
+  corners.settle(nullptr, 1.0f);
+  for (scene::DrawnTile& tile : frame.tiles) {
+    const scene::TileCorners at = scene::tileCorners(tiling, tile.id);
+    for (std::size_t q = 0; q < 4; ++q)
+      tile.morph[q] = corners.valueAt(at.corners[q], tile.id.level);
+  }
 }
 
 scene::View randomView(const geo::Ellipsoid& ellipsoid, double highest_m, std::mt19937_64& random) {
@@ -104,53 +139,58 @@ scene::View randomView(const geo::Ellipsoid& ellipsoid, double highest_m, std::m
 
 class Watertight : public synthetic::GlTest, public ::testing::WithParamInterface<tiling::Scheme> {
  protected:
-  /// The number of pixels that show the sky although their rays meet the body lowered by `depth_m`.
-  static int holesIn(const scene::Frame& frame, const geo::Ellipsoid& ellipsoid, double depth_m,
-                     const RenderTarget& target) {
+  struct Looked {
+    int pixels = 0;  ///< whose rays are sure to meet the ground
+    int holes = 0;   ///< those of them that show the sky
+  };
+  /// Of a frame that draws the whole body.
+  static Looked lookForHoles(const scene::Frame& frame, const geo::Ellipsoid& ellipsoid, const RenderTarget& target) {
+    const double height_m = scene::cameraOf(frame.view, ellipsoid).position.height_m;
+    const double farthest_m = std::sqrt(height_m * (height_m + 2.0 * ellipsoid.semiMajorAxis_m()));
+    // Corners of triangles are drawn on a lattice of a 256th of a pixel.
+    const double depth_m = deepestGround_m(frame, ellipsoid) + 0.02 * farthest_m * frame.view.pixelAngle();
+
     const auto picture = readColour(target);
     const auto distances = readDistance(target, frame.view);
-    int holes = 0;
+    Looked looked;
     for (int row = 0; row < kSize.height; ++row) {
       for (int col = 0; col < kSize.width; ++col) {
         const raster::Rgba8 pixel = picture.at(col, row);
         const bool sky = pixel.r == 255 && pixel.g == 0 && pixel.b == 255;
         EXPECT_EQ(sky, std::isnan(distances.at(col, row)));
-        if (!sky) continue;
-        if (ellipsoid.intersect(scene::rayThrough(frame.view, {col + 0.5, row + 0.5}), -depth_m)) ++holes;
+        if (!ellipsoid.intersect(scene::rayThrough(frame.view, {col + 0.5, row + 0.5}), -depth_m)) continue;
+        ++looked.pixels;
+        looked.holes += sky ? 1 : 0;
       }
     }
-    return holes;
+    return looked;
   }
 
   static void expectNoHoles(const geo::Ellipsoid& ellipsoid, int level, bool mixed, int views) {
     auto random = geo::seededGenerator();
     const tiling::Tiling tiling(GetParam());
     const double amplitude = 0.004 * ellipsoid.semiMajorAxis_m();
-    const Relief relief{amplitude};
+    GroundTiles ground(tiling, ellipsoid, Relief{amplitude});
     scene::Frame frame;
     frame.background = kMagenta;
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
-    frame.tiles =
-        mixed ? mixedLevels(tiling, ellipsoid, level, relief, random) : oneLevel(tiling, ellipsoid, level, relief);
-    const double depth = amplitude + deepestSag_m(frame.tiles, ellipsoid);
+    frame.tiles = mixed ? ground.mixedLevels(level, random) : ground.oneLevel(level);
     Renderer renderer = makeRenderer();
     RenderTarget target = makeTarget(kSize);
+    int pixels = 0;
     for (int i = 0; i < views; ++i) {
-      frame.view = randomView(ellipsoid, amplitude, random);
+      drawAtRandom(frame, tiling, random);
+      frame.view = randomView(ellipsoid, amplitude * frame.exaggeration, random);
       renderer.draw(frame, target);
-      const int holes = holesIn(frame, ellipsoid, depth, target);
+      const Looked looked = lookForHoles(frame, ellipsoid, target);
+      pixels += looked.pixels;
       const scene::Camera camera = scene::cameraOf(frame.view, ellipsoid);
-      ASSERT_EQ(holes, 0) << "view " << i << " at " << camera.position.lat.degrees() << ", "
-                          << camera.position.lon.degrees() << ", " << camera.position.height_m << " m";
+      ASSERT_EQ(looked.holes, 0) << "view " << i << " at " << camera.position.lat.degrees() << ", "
+                                 << camera.position.lon.degrees() << ", " << camera.position.height_m
+                                 << " m, exaggeration " << frame.exaggeration;
     }
-  }
-
-  static std::vector<scene::DrawnTile> oneLevel(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
-                                                int level, const synthetic::HeightFunction& height) {
-    auto tiles = synthetic::wholeBody(tiling, ellipsoid, level, 2);
-    for (scene::DrawnTile& tile : tiles)
-      tile = groundTile(tiling, ellipsoid, tile.id, height);
-    return tiles;
+    EXPECT_GT(pixels, views * kSize.width * kSize.height / 4);
+    std::printf("%d pixels looked at\n", pixels);
   }
 };
 
@@ -178,18 +218,20 @@ TEST_P(Watertight, DeepTilesUnderAnEyeTwoMetresUp) {
   for (int place = 0; place < 4; ++place) {
     const tiling::TileId middle{kLevel, 0, static_cast<std::uint32_t>(random() % 100000 + 20),
                                 static_cast<std::uint32_t>(random() % 60000 + 30000)};
+    GroundTiles ground(tiling, ellipsoid, bumps);
     scene::Frame frame;
     frame.background = kMagenta;
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
     for (std::uint32_t y = middle.y - kReach; y <= middle.y + kReach; ++y) {
       for (std::uint32_t x = middle.x - kReach; x <= middle.x + kReach; ++x)
-        frame.tiles.push_back(groundTile(tiling, ellipsoid, {kLevel, 0, x, y}, bumps));
+        frame.tiles.push_back(ground.tile({kLevel, 0, x, y}));
     }
     const auto eye = geo::geodeticFromDirection(tiling.direction(tiling::rootPointIn(middle, 0.5, 0.5)));
     Renderer renderer = makeRenderer();
     RenderTarget target = makeTarget(kSize);
     for (int i = 0; i < 20; ++i) {
-      // The top of the picture looks 3 degrees down or more: from 2 m, 40 m far.
+      drawAtRandom(frame, tiling, random);
+      // The top of the picture looks 3 degrees down or more: from 2 m over hollows of 0.9 m, 55 m far.
       const double pitch = geo::uniform(random, -90, -23);
       frame.view = synthetic::viewAt(ellipsoid, eye.lat.degrees(), eye.lon.degrees(), 2.0, geo::uniform(random, 0, 360),
                                      pitch, kSize, 40);
@@ -209,13 +251,14 @@ TEST_P(Watertight, LargeTilesUnderAnEyeTwoMetresUp) {
   scene::Frame frame;
   frame.background = kMagenta;
   frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
-  frame.tiles = oneLevel(tiling, ellipsoid, 2, Relief{9000.0});
+  frame.tiles = GroundTiles(tiling, ellipsoid, Relief{9000.0}).oneLevel(2);
   Renderer renderer = makeRenderer();
   RenderTarget target = makeTarget(kSize);
   for (int i = 0; i < 60; ++i) {
-    const scene::TerrainMesh& mesh = *frame.tiles[random() % frame.tiles.size()].mesh;
-    const std::uint32_t edge = mesh.fineEdge[random() % 4].first;  // its first triangle begins on the edge
-    const auto vertex = mesh.origin + geo::Vec3(mesh.vertices[mesh.indices[edge]].position_tile);
+    drawAtRandom(frame, tiling, random);
+    const scene::DrawnTile& tile = frame.tiles[random() % frame.tiles.size()];
+    const std::uint32_t edge = tile.mesh->fineEdge[random() % 4].first;  // its first triangle begins on the edge
+    const auto vertex = scene::drawnPosition(tile, tile.mesh->vertices[tile.mesh->indices[edge]], frame);
     const geo::Geodetic at = ellipsoid.geodeticFromBody(vertex);
     frame.view = synthetic::viewAt(ellipsoid, at.lat.degrees(), at.lon.degrees(), at.height_m + 2.0,
                                    geo::uniform(random, 0, 360), -90, kSize, 60);

@@ -6,10 +6,13 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "geo/body.h"
 #include "geo/seed_test.h"
 #include "scene/bisection.h"
+#include "scene/corner_lattice.h"
+#include "scene/drawn_vertex.h"
 #include "scene/ground_layers.h"
 #include "scene/procedural_source_test.h"
 #include "scene/tile_content.h"
@@ -41,9 +44,9 @@ GroundSamples samplesOf(const Tiling& tiling, const TileId& id, const Procedural
   return out;
 }
 
-Made madeOf(const Tiling& tiling, const TileId& id, const GroundSamples& heights) {
+Made madeOf(const Tiling& tiling, const TileId& id, const GroundSamples& heights, const TerrainMesh* parent = nullptr) {
   Made out{.grid = surfaceGrid(tiling, kEarth, id, heights), .made = {}};
-  out.made = makeTerrainMesh(tiling, kEarth, out.grid);
+  out.made = makeTerrainMesh(tiling, kEarth, out.grid, parent);
   return out;
 }
 
@@ -140,6 +143,127 @@ TEST_P(MeshOnTiling, sharedEdgesAreTheSameToTheLastBit) {
           << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/" << id.x << "/" << id.y;
       ASSERT_TRUE(ours == theirs || onPole);
       ASSERT_GE(ours.size(), 3u);
+    }
+  }
+}
+
+/// A tile as drawn, with its parent's mesh to morph from.
+DrawnTile morphingTile(const Tiling& tiling, const TileId& id, const ProceduralSource::Height& height) {
+  const Made parent = madeOf(tiling, id.parent(), samplesOf(tiling, id.parent(), height));
+  DrawnTile tile;
+  tile.id = id;
+  tile.mesh = madeOf(tiling, id, samplesOf(tiling, id, height), parent.made.mesh.get()).made.mesh;
+  return tile;
+}
+
+/// The point of a mesh with fine edges at a place in twice kPlaceUnits.
+std::optional<geo::Vec3> pointAt(const DrawnTile& tile, int s2, int t2, const Frame& frame) {
+  const TerrainMesh& mesh = *tile.mesh;
+  const auto& fine = mesh.fineEdge;
+  for (const auto& t : trianglesOf(mesh, {mesh.interior, fine[0], fine[1], fine[2], fine[3]})) {
+    const auto vertex = [&](std::size_t i) -> const TerrainVertex& { return mesh.vertices[t[i]]; };
+    const auto doubleAreaWith = [&](std::size_t i, std::size_t j) {
+      const std::int64_t x = 2 * vertex(i).s - s2, y = 2 * vertex(i).t - t2;
+      return (2 * vertex(j).s - s2) * y - (2 * vertex(j).t - t2) * x;
+    };
+    const std::array<std::int64_t, 3> w{doubleAreaWith(1, 2), doubleAreaWith(2, 0), doubleAreaWith(0, 1)};
+    if (std::min({w[0], w[1], w[2]}) < 0 && std::max({w[0], w[1], w[2]}) > 0) continue;
+    geo::Vec3 sum(0.0);
+    for (std::size_t i = 0; i < 3; ++i)
+      sum += drawnPosition(tile, vertex(i), frame).m * static_cast<double>(w[i]);
+    return sum / static_cast<double>(w[0] + w[1] + w[2]);
+  }
+  return std::nullopt;
+}
+
+TEST_P(MeshOnTiling, withoutMorphATileLiesOnItsParentsTriangles) {
+  std::mt19937_64 random = geo::seededGenerator();
+  int moved = 0;
+  for (int i = 0; i < 18; ++i) {
+    TileId id = randomTile(random, i < 14 ? 8 : 22);
+    if (id.level == 0) id = id.child(i % 4);
+    // Noise of half a spacing, hills, the ellipsoid: what 16 bits reach.
+    const auto height = [&](const geo::Direction& d) {
+      return i % 3 == 0 ? 8e4 * tiling::tileSize(id.level) * hashOf(d, 1) : groundOf(1 + i % 3, d, id.level);
+    };
+    DrawnTile parent;
+    parent.mesh = madeOf(tiling, id.parent(), samplesOf(tiling, id.parent(), height)).made.mesh;
+    DrawnTile tile = morphingTile(tiling, id, height);
+    tile.morph = {};
+    Frame frame;
+    frame.vertexGrid_m = vertexGrid_m(kEarth);
+    const double slack_m = 2.0 * static_cast<double>(tile.mesh->parentStep_m);
+    for (const TerrainVertex& v : tile.mesh->vertices) {
+      const auto expected =
+          pointAt(parent, v.s + (id.quadrant() & 1) * kPlaceUnits, v.t + (id.quadrant() >> 1) * kPlaceUnits, frame);
+      ASSERT_TRUE(expected);
+      const geo::Vec3 drawn = drawnPosition(tile, v, frame).m;
+      ASSERT_LE(geo::length(drawn - *expected), slack_m) << "at " << v.s << ", " << v.t << " of " << int(id.level)
+                                                         << "/" << int(id.root) << "/" << id.x << "/" << id.y;
+      DrawnTile own = tile;
+      own.morph.fill(1.0f);
+      moved += geo::length(drawn - drawnPosition(own, v, frame).m) > slack_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(moved, 1000);
+}
+
+/// Where the vertices on an edge are drawn, in the order along it.
+std::vector<Bits> drawnEdge(const DrawnTile& tile, Edge edge, const Frame& frame) {
+  const bool horizontal = edge == Edge::top || edge == Edge::bottom;
+  const std::uint16_t line = edge == Edge::top || edge == Edge::left ? 0 : kPlaceUnits;
+  std::map<std::uint16_t, Bits> out;
+  for (const auto& t : trianglesOf(*tile.mesh, {tile.mesh->fineEdge[static_cast<std::size_t>(edge)]})) {
+    for (const std::uint16_t v : t) {
+      const TerrainVertex& vertex = tile.mesh->vertices[v];
+      if ((horizontal ? vertex.t : vertex.s) != line) continue;
+      const geo::Vec3 p = drawnPosition(tile, vertex, frame).m;
+      out[horizontal ? vertex.s : vertex.t] = {p.x, p.y, p.z};
+    }
+  }
+  std::vector<Bits> places;
+  for (const auto& [along, place] : out)
+    places.push_back(place);
+  return places;
+}
+
+/// Any number, the same for all tiles that have the corner.
+void morphAnyhow(const Tiling& tiling, DrawnTile& tile, std::uint64_t seed) {
+  const TileCorners at = tileCorners(tiling, tile.id);
+  for (std::size_t q = 0; q < 4; ++q) {
+    const auto share = static_cast<double>((at.corners[q] ^ seed) * 0x9e3779b97f4a7c15u >> 32) * 0x1p-32;
+    tile.morph[q] = at.corners[q] == kPoleCorner ? 1.0f : static_cast<float>(share);
+  }
+}
+
+TEST_P(MeshOnTiling, sharedEdgesMorphToTheSameBits) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 24; ++i) {
+    TileId id = randomTile(random, i < 20 ? 8 : 22);
+    if (id.level == 0) id = id.child(i % 4);
+    const auto height = [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); };
+    DrawnTile mine = morphingTile(tiling, id, height);
+    const std::uint64_t seed = random();
+    morphAnyhow(tiling, mine, seed);
+    Frame frame;
+    frame.vertexGrid_m = vertexGrid_m(kEarth);
+    frame.exaggeration = i % 2 == 0 ? 1.0 : 3.0;
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      if (same.tile.parent() == id.parent()) continue;
+      DrawnTile other = morphingTile(tiling, same.tile, height);
+      morphAnyhow(tiling, other, seed);
+      const auto ours = drawnEdge(mine, edge, frame);
+      auto theirs = drawnEdge(other, same.edge, frame);
+      if (same.reversed) std::reverse(theirs.begin(), theirs.end());
+      const bool onPole = GetParam() == Scheme::geographic && ours.front() == ours.back();
+      if (onPole) {
+        ASSERT_EQ(std::count(ours.begin(), ours.end(), theirs.front()), static_cast<std::ptrdiff_t>(ours.size()));
+        continue;
+      }
+      ASSERT_TRUE(ours == theirs) << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/"
+                                  << id.x << "/" << id.y << ", beyond it " << int(same.tile.level) << "/"
+                                  << int(same.tile.root) << "/" << same.tile.x << "/" << same.tile.y;
     }
   }
 }

@@ -1,0 +1,380 @@
+// The ground has no holes, whatever has come of its data, however it morphs, however high it is drawn and wherever the
+// eye stands: the background, a colour that occurs nowhere else, shows at no pixel whose ray is sure to meet the
+// ground.
+//
+//   no_hole_tests [--frames=N] [--seed=S]     N frames for each tiling (default 40), the first half of them with all
+//                                             data loaded, the second half while tiles arrive late and in any order
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "pyramid/pyramid_builder.h"
+#include "pyramid/pyramid_reader.h"
+#include "render/context.h"
+#include "render/deepest_ground_test.h"
+#include "render/renderer.h"
+#include "scene/drawn_ground.h"
+#include "scene/globe.h"
+#include "scene/picking.h"
+
+namespace tellurion {
+namespace {
+
+using namespace std::chrono_literals;
+
+int framesPerTiling = 40;
+unsigned int seed = 20261122;
+
+constexpr scene::Viewport kSize{.width = 320, .height = 240};
+constexpr std::array<float, 3> kMagenta{1.0f, 0.0f, 1.0f};
+constexpr double kDeepestGround_m = 11000.0;
+constexpr double kEyeHeight_m = 2.0;       ///< the least over the ground
+constexpr unsigned int kFramesAPlace = 6;  ///< on the average
+const geo::Ellipsoid kEarth = geo::earth().ellipsoid;
+
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution(low, high)(random);
+}
+
+/// Tiles come when they come: each after a while of its own, so that they overtake each other.
+class LateSource final : public raster::TileSource {
+ public:
+  LateSource(std::shared_ptr<const raster::TileSource> source, std::chrono::microseconds latest)
+      : source_(std::move(source)), latest_(latest) {}
+
+  const raster::TileSourceInfo& info() const override { return source_->info(); }
+  io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {
+    thread_local Random random(std::random_device{}());
+    std::this_thread::sleep_for(uniform(random, 0.0, 1.0) * uniform(random, 0.0, 2.0) * latest_);
+    return source_->load(id);
+  }
+
+ private:
+  std::shared_ptr<const raster::TileSource> source_;
+  std::chrono::microseconds latest_;
+};
+
+/// Where the eye is, with what grows and shrinks on the way.
+struct Eye {
+  geo::Direction over;
+  double above_m = 0.0;  ///< the ground
+  double heading_deg = 0.0;
+  double pitch_deg = 0.0;
+  double roll_deg = 0.0;
+  double fov_deg = 45.0;
+
+  scene::View on(double ground_m) const {
+    geo::Geodetic place = geo::geodeticFromDirection(over);
+    place.height_m = ground_m + above_m;
+    return scene::viewOf({.position = place,
+                          .heading = geo::Angle::degrees(heading_deg),
+                          .pitch = geo::Angle::degrees(pitch_deg),
+                          .roll = geo::Angle::degrees(roll_deg)},
+                         kEarth, geo::Angle::degrees(fov_deg), kSize);
+  }
+};
+
+geo::Direction aside(const geo::Direction& d, double angle, Random& random) {
+  const geo::Vec3 way(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+  return {geo::normalize(d.n + way * angle)};
+}
+
+/// Anywhere on the body, in the finest data, or where many tiles meet: corners of large tiles, the poles among them.
+geo::Direction anyPlace(const tiling::Tiling& tiling, Random& random) {
+  const double kind = uniform(random, 0.0, 1.0);
+  if (kind < 0.3) return geo::directionFromDegrees(uniform(random, 27.0, 28.0), uniform(random, 86.0, 87.0));
+  if (kind < 0.5) {
+    const int root = static_cast<int>(random() % static_cast<unsigned>(tiling.rootCount()));
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    const auto quarter = [&] { return static_cast<double>(random() % 5) / 4.0; };
+    const double s = quarter();
+    return aside(tiling.direction(tiling::rootPointIn(id, s, quarter())), std::pow(10.0, uniform(random, -7, -1)),
+                 random);
+  }
+  return geo::directionFromLatLon(geo::Angle::radians(std::asin(uniform(random, -1, 1))),
+                                  geo::Angle::degrees(uniform(random, -180, 180)));
+}
+
+Eye anywhere(const tiling::Tiling& tiling, Random& random) {
+  const double highest_m = 4.0 * kEarth.semiMajorAxis_m();
+  const double above_m = kEyeHeight_m * std::pow(highest_m / kEyeHeight_m, uniform(random, 0.0, 1.0));
+  // From far away the ground is small and below, from near it is all around.
+  const double highestPitch_deg = above_m > 1e6 ? -50.0 : 10.0;
+  return {.over = anyPlace(tiling, random),
+          .above_m = above_m,
+          .heading_deg = uniform(random, 0, 360),
+          .pitch_deg = uniform(random, -90, highestPitch_deg),
+          .roll_deg = uniform(random, -30, 30),
+          .fov_deg = uniform(random, 20, 100)};
+}
+
+void moveALittle(Eye& eye, Random& random) {
+  eye.over = aside(eye.over, 0.1 * std::min(eye.above_m / kEarth.semiMajorAxis_m(), 1.0), random);
+  eye.above_m =
+      std::clamp(eye.above_m * std::exp(uniform(random, -0.2, 0.15)), kEyeHeight_m, 4.0 * kEarth.semiMajorAxis_m());
+  eye.heading_deg += uniform(random, -5, 5);
+  eye.pitch_deg = std::clamp(eye.pitch_deg + uniform(random, -3, 3), -90.0, 30.0);
+}
+
+struct Tally {
+  int frames = 0;
+  int incomplete = 0;   ///< something was on its way
+  int capped = 0;       ///< the cut had tiles enough before it was fine enough
+  int morphing = 0;     ///< some tile was between its parent's surface and its own
+  int underGround = 0;  ///< frames left out: the eye could not be kept above what is drawn
+  long pixels = 0;      ///< whose rays are sure to meet the ground
+  long deepPixels = 0;  ///< those that meet it however deep it were
+  long holes = 0;       ///< those of the first that show the background
+};
+
+class NoHole : public testing::TestWithParam<tiling::Scheme> {
+ protected:
+  static void SetUpTestSuite() {
+    auto made = render::HeadlessContext::create();
+    if (made) context() = std::make_unique<render::HeadlessContext>(std::move(*made));
+  }
+  static void TearDownTestSuite() { context().reset(); }
+  static std::unique_ptr<render::HeadlessContext>& context() {
+    static std::unique_ptr<render::HeadlessContext> it;
+    return it;
+  }
+};
+
+std::shared_ptr<const raster::TileSource> earthOn(tiling::Scheme scheme, const std::filesystem::path& folder) {
+  const std::string data = TELLURION_SOURCE_DIR "/data/earth/";
+  std::filesystem::create_directories(folder);
+  const pyramid::BuildOptions build{
+      .output = folder / "earth.tdb",
+      .inputs = {data + "etopo5_dem_10min.tif", data + "srtm3_everest_N27E086_filled.tif"},
+      .scheme = scheme,
+      .body = geo::earth()};
+  const auto built = pyramid::buildPyramid(build);
+  EXPECT_TRUE(built) << (built ? "" : describe(built.error()));
+  const auto source = pyramid::PyramidReader::open(build.output);
+  EXPECT_TRUE(source) << (source ? "" : describe(source.error()));
+  return source ? *source : nullptr;
+}
+
+std::string nameOfTile(const tiling::TileId& id) {
+  return std::to_string(id.level) + "/" + std::to_string(id.root) + "/" + std::to_string(id.x) + "/" +
+         std::to_string(id.y);
+}
+
+/// A walk over the body from place to place, frame by frame, and what was seen on it.
+class Walk {
+ public:
+  Walk(tiling::Scheme scheme, std::shared_ptr<const raster::TileSource> source, bool late, unsigned int dice)
+      : late_(late), random_(dice), tiling_(scheme) {
+    if (late) source = std::make_shared<LateSource>(std::move(source), 60ms);
+    auto globe = scene::Globe::fromLayers({.body = geo::earth(), .tiling = scheme}, {.elevation = {std::move(source)}},
+                                          {.workers = 3, .cpuCacheBytes = std::uint64_t{96} << 20});
+    EXPECT_TRUE(globe) << (globe ? "" : describe(globe.error()));
+    if (!globe) return;
+    globe_ = std::move(*globe);
+    globe_->background() = kMagenta;
+  }
+
+  /// Until all roots are there: no earlier is there any ground.
+  bool begin() {
+    return globe_ && wholeFrame(Eye{.over = {{1, 0, 0}}, .above_m = 2e7, .pitch_deg = -90.0}.on(0.0),
+                                {.tolerance_px = 1e9, .morph = false})
+                         .complete;
+  }
+
+  Tally look(int frames, render::Renderer& renderer, const render::RenderTarget& target) {
+    for (int i = 0; i < frames; ++i) {
+      i == 0 || random_() % kFramesAPlace == 0 ? jump() : step();
+      const scene::Frame* frame = frameAboveGround();
+      if (frame == nullptr) {
+        ++tally_.underGround;
+        continue;
+      }
+      renderer.draw(*frame, target);
+      count(*frame, target, i);
+    }
+    return tally_;
+  }
+
+ private:
+  void jump() {
+    eye_ = anywhere(tiling_, random_);
+    const std::array exaggerations{1.0, 1.0, 3.0, 0.0};
+    globe_->exaggeration() = exaggerations[random_() % exaggerations.size()];
+    tolerance_px_ = std::exp2(uniform(random_, 0.0, 3.0));
+    hasClock_ = random_() % 5 != 0;
+    time_s_ += random_() % 2 == 0 ? 1.0 / 60.0 : 1.0;
+  }
+
+  void step() {
+    moveALittle(eye_, random_);
+    time_s_ += 1.0 / 60.0;
+    if (random_() % 30 == 0) globe_->exaggeration() = uniform(random_, 0.0, 5.0);
+    if (late_) std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 30));
+  }
+
+  scene::CutOptions options() const {
+    scene::CutOptions options{.tolerance_px = tolerance_px_};
+    if (hasClock_) options.time_s = time_s_;
+    return options;
+  }
+
+  const scene::Frame& wholeFrame(const scene::View& view, const scene::CutOptions& options) {
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
+    while (globe_->update(view, options).statistics.tilesWanted > 0 && std::chrono::steady_clock::now() < deadline)
+      globe_->waitForArrivals(100ms);
+    const scene::Frame& frame = globe_->update(view, options);
+    EXPECT_EQ(frame.statistics.tilesWanted, 0);
+    return frame;
+  }
+
+  const scene::Frame& frameFor(const scene::View& view) {
+    return late_ ? globe_->update(view, options()) : wholeFrame(view, options());
+  }
+
+  /// What is known below the eye may be finer than what is drawn there, so the eye is raised until it is above both.
+  const scene::Frame* frameAboveGround() {
+    double ground_m = globe_->groundHeight_m(eye_.over).value_or(0.0);
+    for (int i = 0; i < 8; ++i) {
+      const scene::Frame& frame = frameFor(eye_.on(ground_m));
+      const double known_m = globe_->groundHeight_m(eye_.over).value_or(ground_m);
+      const double drawn_m = scene::drawnHeight_m(frame, tiling_, kEarth, eye_.over).value_or(known_m);
+      if (ground_m >= std::max(known_m, drawn_m) - 0.5 * kEyeHeight_m) return &frame;
+      ground_m = std::max(known_m, drawn_m);
+    }
+    return nullptr;
+  }
+
+  void count(const scene::Frame& frame, const render::RenderTarget& target, int number) {
+    ++tally_.frames;
+    tally_.incomplete += frame.statistics.tilesWanted > 0 ? 1 : 0;
+    tally_.capped += frame.statistics.cappedByBudget ? 1 : 0;
+    tally_.morphing += isMorphing(frame) ? 1 : 0;
+    const double height_m = std::max(scene::cameraOf(frame.view, kEarth).position.height_m, 0.0);
+    const double horizon_m = std::sqrt(height_m * (height_m + 2.0 * kEarth.semiMajorAxis_m()));
+    // Corners of triangles are drawn on a lattice of a 256th of a pixel.
+    const double depth_m = render::deepestGround_m(frame, kEarth) + 0.02 * horizon_m * frame.view.pixelAngle();
+    const double deep_m = std::max(depth_m, kDeepestGround_m * frame.exaggeration);
+    const auto picture = render::readColour(target);
+    const auto distances = render::readDistance(target, frame.view);
+    long holes = 0;
+    std::string first;
+    for (int row = 0; row < kSize.height; ++row) {
+      for (int col = 0; col < kSize.width; ++col) {
+        const geo::Ray ray = scene::rayThrough(frame.view, {col + 0.5, row + 0.5});
+        const auto meets = kEarth.intersect(ray, -depth_m);
+        if (!meets) continue;
+        ++tally_.pixels;
+        const bool isDeep = kEarth.intersect(ray, -deep_m).has_value();
+        tally_.deepPixels += isDeep ? 1 : 0;
+        const raster::Rgba8 pixel = picture.at(col, row);
+        const bool isSky = pixel.r == 255 && pixel.g == 0 && pixel.b == 255;
+        EXPECT_EQ(isSky, std::isnan(distances.at(col, row)));
+        if (!isSky) continue;
+        if (holes++ == 0) first = described(frame, {ray.origin.m + ray.direction * *meets}, col, row, isDeep);
+      }
+    }
+    tally_.holes += holes;
+    EXPECT_EQ(holes, 0) << "frame " << number << " of seed " << seed << (late_ ? ", late" : ", whole") << first;
+  }
+
+  static bool isMorphing(const scene::Frame& frame) {
+    return std::any_of(frame.tiles.begin(), frame.tiles.end(), [](const scene::DrawnTile& tile) {
+      return std::any_of(tile.morph.begin(), tile.morph.end(), [](float m) { return m > 0.0f && m < 1.0f; });
+    });
+  }
+
+  /// Where a hole is, and the tiles there.
+  std::string described(const scene::Frame& frame, const geo::BodyPosition& at, int col, int row, bool isDeep) const {
+    const scene::Camera camera = scene::cameraOf(frame.view, kEarth);
+    std::string out =
+        "\n  first at pixel " + std::to_string(col) + ", " + std::to_string(row) +
+        (isDeep ? "" : ", near the outline") + "; eye " + std::to_string(camera.position.lat.degrees()) + ", " +
+        std::to_string(camera.position.lon.degrees()) + ", " + std::to_string(camera.position.height_m) +
+        " m; heading " + std::to_string(camera.heading.degrees()) + ", pitch " +
+        std::to_string(camera.pitch.degrees()) + ", roll " + std::to_string(camera.roll.degrees()) + ", fov " +
+        std::to_string(frame.view.verticalFov.degrees()) + "; exaggeration " + std::to_string(frame.exaggeration) +
+        ", tolerance " + std::to_string(tolerance_px_) + (hasClock_ ? ", with a clock" : "") +
+        (frame.statistics.tilesWanted > 0 ? ", incomplete" : "") + (frame.statistics.cappedByBudget ? ", capped" : "") +
+        ", " + std::to_string(frame.tiles.size()) + " tiles; ground height known below the eye " +
+        std::to_string(globe_->groundHeight_m(eye_.over).value_or(0.0)) + " m";
+    const geo::Direction d = kEarth.directionFromBody(at);
+    const tiling::RootPoint p = tiling_.rootPoint(d);
+    out += "; the ray comes down " + std::to_string(geo::length(at - frame.view.eye)) + " m away, at " +
+           std::to_string(p.root) + ": " + std::to_string(p.u) + ", " + std::to_string(p.v);
+    for (const scene::DrawnTile& tile : frame.tiles) {
+      const double size = tiling::tileSize(tile.id.level);
+      const double s = p.u / size - tile.id.x, t = p.v / size - tile.id.y;
+      if (tile.id.root != p.root || std::min(s, t) < -0.1 || std::max(s, t) > 1.1) continue;
+      out += "\n  tile " + nameOfTile(tile.id) + " (there " + std::to_string(s) + ", " + std::to_string(t) +
+             "), coarse edges " + std::to_string(tile.coarseEdges) + ", morph";
+      for (const float m : tile.morph)
+        out += " " + std::to_string(m);
+    }
+    return out;
+  }
+
+  bool late_;
+  Random random_;
+  tiling::Tiling tiling_;
+  std::unique_ptr<scene::Globe> globe_;
+  Eye eye_;
+  double tolerance_px_ = 1.0;
+  bool hasClock_ = true;
+  double time_s_ = 0.0;
+  Tally tally_;
+};
+
+TEST_P(NoHole, InAnyFrame) {
+  if (!context()) GTEST_SKIP() << "no OpenGL context here";
+  auto renderer = render::Renderer::create();
+  ASSERT_TRUE(renderer);
+  const auto target = render::RenderTarget::create(kSize);
+  ASSERT_TRUE(target);
+  const std::string name(nameOf(GetParam()));
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / ("no_hole_" + name + std::to_string(getpid()));
+  const auto source = earthOn(GetParam(), folder);
+  ASSERT_TRUE(source);
+  for (const bool late : {false, true}) {
+    Walk walk(GetParam(), source, late, 8 * seed + 2 * static_cast<unsigned int>(GetParam()) + (late ? 1 : 0));
+    ASSERT_TRUE(walk.begin());
+    const Tally tally = walk.look(framesPerTiling / 2, *renderer, *target);
+    std::printf(
+        "%-10s %-5s %4d frames, %4d incomplete, %d capped, %4d morphing, %d left out; %ld pixels, %ld of them %g m "
+        "deep; %ld "
+        "holes\n",
+        name.c_str(), late ? "late" : "whole", tally.frames, tally.incomplete, tally.capped, tally.morphing,
+        tally.underGround, tally.pixels, tally.deepPixels, kDeepestGround_m, tally.holes);
+    EXPECT_GT(tally.pixels, 0);
+    EXPECT_EQ(tally.incomplete > 0, late);
+  }
+  std::filesystem::remove_all(folder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Schemes, NoHole,
+                         testing::Values(tiling::Scheme::geographic, tiling::Scheme::cube, tiling::Scheme::healpix),
+                         [](const auto& scheme) { return std::string(nameOf(scheme.param)); });
+
+}  // namespace
+}  // namespace tellurion
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument.starts_with("--frames=")) tellurion::framesPerTiling = std::stoi(argument.substr(9));
+    if (argument.starts_with("--seed=")) tellurion::seed = static_cast<unsigned int>(std::stoul(argument.substr(7)));
+  }
+  return RUN_ALL_TESTS();
+}
