@@ -314,6 +314,18 @@ class Pictures:
         done = self.run("fly", self.database, "--path", path, "--fps", 4, "--size", "16x16", "-o", self.work / "dive")
         assert re.search(r"in [1-4] of 5 frames, from number [1-4] on, the eye is below the ground", done.stderr), done.stderr
 
+    def test_frames_of_a_flight_are_whole_however_fast_it_goes(self):
+        """Each frame is what render makes of its camera."""
+        path = self.work / "jump.csv"
+        cameras = ("20,10,15000000,0,-90,0", "27,86,60000,20,-30,0", "-10,-70,300000,0,-60,0")
+        path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n" +
+                        "".join(f"{i},{camera}\n" for i, camera in enumerate(cameras)))
+        self.run("fly", self.database, "--path", path, "--fps", 1, "--size", "160x120", "-o", self.work / "jump")
+        for i, camera in enumerate(cameras):
+            out = self.work / f"jump{i}.png"
+            self.run("render", self.database, "--camera", camera, "--size", "160x120", "-o", out)
+            assert out.read_bytes() == (self.work / f"jump/frame_0000{i}.png").read_bytes(), f"frame {i} is not whole"
+
     def test_sigterm_stops_as_ctrl_c_does(self):
         path = self.work / "long.csv"
         path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n0,0,0,4e6,0,-90,0\n1000,0,90,4e6,0,-90,0\n")

@@ -32,7 +32,7 @@ class CornerLattice {
   /// view is must not show.
   /// fromParent: at the last frame the place was drawn by a coarser tile, so corners that are new begin at 0.
   /// speed: how many times the usual step its values may take, >= 1.
-  void add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed);
+  void add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed = 1.0f);
   /// After all were added: values are where they should be; where there is a last frame that had the corner, no more
   /// than `step` times its speed from its value. False: some have not reached their goal.
   bool settle(const CornerLattice* last, float step);
