@@ -106,8 +106,8 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  bool complete = false;          ///< nothing finer is wanted: all has come, has faded in, and the budget of tiles was enough
-  bool morphing = false;          ///< with time the picture changes on its own: what has come is still fading in
+  bool complete = false;  ///< nothing finer is wanted: all has come, has faded in, and the budget of tiles was enough
+  bool morphing = false;  ///< with time the picture changes on its own: what has come is still fading in
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;

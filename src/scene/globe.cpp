@@ -195,7 +195,13 @@ void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
     const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
     range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
   }
-  r.facts.box = estimatedBox(maker.tiling, maker.ellipsoid, id, exaggerated(range, r.exaggeration));
+  // What is lifted goes along normals of 16 bits, which lean by up to one part in 32767.
+  const auto boxOf = [&](const HeightRange& heights) {
+    const double furthest_m = std::max(std::abs(heights.low_m), std::abs(heights.high_m));
+    const double lean_m = std::abs(r.exaggeration - 1.0) * furthest_m / 32767.0;
+    return grown(estimatedBox(maker.tiling, maker.ellipsoid, id, exaggerated(heights, r.exaggeration)), lean_m);
+  };
+  r.facts.box = boxOf(range);
   if (!r.content) return;
   const TileContent& content = *r.content;
   r.facts.drawable = true;
@@ -204,11 +210,8 @@ void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.facts.spacing_m = content.spacing_m;
   r.facts.tightBox = content.box;
   if (r.exaggeration != 1.0) {
-    HeightRange drawn = exaggerated(content.range, r.exaggeration);
     const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
-    drawn.low_m -= r.facts.error_m + reach_m;
-    drawn.high_m += r.facts.error_m + reach_m;
-    r.facts.tightBox = estimatedBox(maker.tiling, maker.ellipsoid, id, drawn);
+    r.facts.tightBox = grown(boxOf(content.range), r.facts.error_m + more * reach_m);
   }
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.

@@ -54,4 +54,10 @@ OrientedBox boxAround(std::span<const geo::BodyPosition> points, const geo::Vec3
   return box;
 }
 
+OrientedBox grown(OrientedBox box, double by_m) {
+  for (geo::Vec3& axis : box.halfAxes)
+    axis *= 1.0 + by_m / geo::length(axis);
+  return box;
+}
+
 }  // namespace tellurion::scene

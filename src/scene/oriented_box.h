@@ -23,4 +23,7 @@ struct OrientedBox {
 OrientedBox boxAround(std::span<const geo::BodyPosition> points, const geo::Vec3& axisU, const geo::Vec3& up,
                       double margin_m);
 
+/// With its faces moved outwards.
+OrientedBox grown(OrientedBox box, double by_m);
+
 }  // namespace tellurion::scene

@@ -55,12 +55,6 @@ void addRelief(const ComposedGround& ground, const tiling::TileId& id, const Til
   content.bytes += bytesOf(*content.relief);
 }
 
-OrientedBox grown(OrientedBox box, double by_m) {
-  for (geo::Vec3& axis : box.halfAxes)
-    axis *= 1.0 + by_m / geo::length(axis);
-  return box;
-}
-
 }  // namespace
 
 std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
