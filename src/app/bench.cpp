@@ -110,15 +110,11 @@ void print(const nlohmann::ordered_json& summary, bool json) {
 void checkOutputs(const Arguments& a) {
   if (!a.plot.empty() && endingOf(a.plot) != ".svg" && !isDevice(a.plot))
     wrongUse("bench", fmt::format("--plot '{}': the plots are an SVG; give it a name that ends in .svg", a.plot));
-  const auto apart = [](const char* option, const std::string& name, const char* other, const std::string& otherName) {
-    if (isSameFile(name, otherName))
-      wrongUse("bench", fmt::format("{} and {} are the same file, '{}'; give each its own", option, other, name));
-  };
-  apart("--stats", a.stats, "--plot", a.plot);
-  apart("--stats", a.stats, "--path", a.path);
-  apart("--plot", a.plot, "--path", a.path);
-  apart("--stats", a.stats, "SCENE", a.picture.scene);
-  apart("--plot", a.plot, "SCENE", a.picture.scene);
+  keepApart("bench", "--stats", a.stats, "--plot", a.plot);
+  keepApart("bench", "--stats", a.stats, "--path", a.path);
+  keepApart("bench", "--plot", a.plot, "--path", a.path);
+  keepApart("bench", "--stats", a.stats, "SCENE", a.picture.scene);
+  keepApart("bench", "--plot", a.plot, "SCENE", a.picture.scene);
 }
 
 io::Result<void> writeFigures(const Arguments& arguments, const std::vector<FrameFigures>& frames) {

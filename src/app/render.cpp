@@ -31,16 +31,12 @@ void checkOutputs(const Arguments& a) {
                                    "afterwards where another format is needed)",
                                    a.output));
   }
-  const auto apart = [](const char* option, const std::string& name, const char* other, const std::string& otherName) {
-    if (isSameFile(name, otherName))
-      wrongUse("render", fmt::format("{} and {} are the same file, '{}'; give each its own", option, other, name));
-  };
-  apart("-o", a.output, "--depth", a.depth);
-  apart("-o", a.output, "--stats", a.stats);
-  apart("--depth", a.depth, "--stats", a.stats);
-  apart("-o", a.output, "SCENE", a.picture.scene);
-  apart("--depth", a.depth, "SCENE", a.picture.scene);
-  apart("--stats", a.stats, "SCENE", a.picture.scene);
+  keepApart("render", "-o", a.output, "--depth", a.depth);
+  keepApart("render", "-o", a.output, "--stats", a.stats);
+  keepApart("render", "--depth", a.depth, "--stats", a.stats);
+  keepApart("render", "-o", a.output, "SCENE", a.picture.scene);
+  keepApart("render", "--depth", a.depth, "SCENE", a.picture.scene);
+  keepApart("render", "--stats", a.stats, "SCENE", a.picture.scene);
 }
 
 void warnOfGround(const scene::Globe& globe, const scene::View& view) {

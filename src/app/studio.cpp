@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "app/output_names.h"
 #include "app/progress.h"
 
 namespace tellurion::app {
@@ -195,6 +196,12 @@ void wrongUse(const char* command, const std::string& message) {
 void failRun(const char* command, const std::string& message) {
   fmt::print(stderr, "tellurion {}: {}\n", command, message);
   throw CLI::RuntimeError(kFailed);
+}
+
+void keepApart(const char* command, const char* option, const std::string& name, const char* other,
+               const std::string& otherName) {
+  if (isSameFile(name, otherName))
+    wrongUse(command, fmt::format("{} and {} are the same file, '{}'; give each its own", option, other, name));
 }
 
 }  // namespace tellurion::app

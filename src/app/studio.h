@@ -75,4 +75,8 @@ double depthBelowGround_m(const scene::Globe& globe, const scene::View& view);
 /// The same with status 2, for arguments that do not go together.
 [[noreturn]] void wrongUse(const char* command, const std::string& message);
 
+/// Wrong use where two arguments, told by their options, name the same file.
+void keepApart(const char* command, const char* option, const std::string& name, const char* other,
+               const std::string& otherName);
+
 }  // namespace tellurion::app

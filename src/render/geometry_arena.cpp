@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace tellurion::render {
@@ -15,22 +16,25 @@ constexpr double kVertexShare = 0.7;              // of a tile's geometry
 
 void describeVertices(GLuint vao) {
   using V = scene::TerrainVertex;
-  glEnableVertexArrayAttrib(vao, 0);
-  glVertexArrayAttribFormat(vao, 0, 3, GL_FLOAT, GL_FALSE, offsetof(V, position_tile));
-  glEnableVertexArrayAttrib(vao, 1);
-  glVertexArrayAttribFormat(vao, 1, 3, GL_SHORT, GL_TRUE, offsetof(V, up_body));
-  glEnableVertexArrayAttrib(vao, 2);
-  glVertexArrayAttribFormat(vao, 2, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, s));
-  glEnableVertexArrayAttrib(vao, 9);
-  glVertexArrayAttribFormat(vao, 9, 3, GL_SHORT, GL_FALSE, offsetof(V, fine_tile));
-  glEnableVertexArrayAttrib(vao, 10);
-  glVertexArrayAttribFormat(vao, 10, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, t));
-  glEnableVertexArrayAttrib(vao, 11);
-  glVertexArrayAttribFormat(vao, 11, 4, GL_SHORT, GL_FALSE, offsetof(V, toParent));
-  glEnableVertexArrayAttrib(vao, 12);
-  glVertexArrayAttribFormat(vao, 12, 1, GL_FLOAT, GL_FALSE, offsetof(V, height_m));
-  for (const GLuint attribute : {0u, 1u, 2u, 9u, 10u, 11u, 12u})
-    glVertexArrayAttribBinding(vao, attribute, 0);
+  struct Field {
+    GLuint attribute;
+    GLint components;
+    GLenum type;
+    GLboolean normalised;
+    std::size_t offset;
+  };
+  constexpr std::array kFields{Field{0, 3, GL_FLOAT, GL_FALSE, offsetof(V, position_tile)},
+                               Field{1, 3, GL_SHORT, GL_TRUE, offsetof(V, up_body)},
+                               Field{2, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, s)},
+                               Field{9, 3, GL_SHORT, GL_FALSE, offsetof(V, fine_tile)},
+                               Field{10, 1, GL_UNSIGNED_SHORT, GL_FALSE, offsetof(V, t)},
+                               Field{11, 4, GL_SHORT, GL_FALSE, offsetof(V, toParent)},
+                               Field{12, 1, GL_FLOAT, GL_FALSE, offsetof(V, height_m)}};
+  for (const Field& f : kFields) {
+    glEnableVertexArrayAttrib(vao, f.attribute);
+    glVertexArrayAttribFormat(vao, f.attribute, f.components, f.type, f.normalised, static_cast<GLuint>(f.offset));
+    glVertexArrayAttribBinding(vao, f.attribute, 0);
+  }
 }
 
 std::uint32_t unitsIn(double bytes, std::uint32_t unitBytes) {

@@ -130,7 +130,10 @@ struct Globe::State final : public TileTree {
   const TileFacts* facts(const tiling::TileId& id) override {
     TileRecord& r = record(id);
     r.lastUse = updates;
-    if (r.exaggeration != frame.exaggeration) makeFacts(id, r);
+    if (r.exaggeration != frame.exaggeration) {
+      makeBox(id, r);
+      if (r.content) takeFacts(id, r);
+    }
     return &r.facts;
   }
 
@@ -138,12 +141,15 @@ struct Globe::State final : public TileTree {
     const auto [found, isNew] = records.try_emplace(id);
     if (isNew) {
       found->second.facts.corners = tileCorners(maker.tiling, id);
-      makeFacts(id, found->second);
+      makeBox(id, found->second);
     }
     return found->second;
   }
 
-  void makeFacts(const tiling::TileId& id, TileRecord& r) const;
+  double reachOfParent_m(const tiling::TileId& id) const;
+  OrientedBox drawnBox(const tiling::TileId& id, const HeightRange& range) const;
+  void makeBox(const tiling::TileId& id, TileRecord& r) const;
+  void takeFacts(const tiling::TileId& id, TileRecord& r) const;
   void receive();
   const CutHistory* historyAt(const CutOptions& options);
   double occluderDepth_m() const;
@@ -177,42 +183,46 @@ struct Globe::State final : public TileTree {
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
-/// Heights as they are drawn.
-HeightRange exaggerated(const HeightRange& range, double exaggeration) {
-  return {.low_m = range.low_m * exaggeration, .high_m = range.high_m * exaggeration};
+/// Metres by which a tile drawn as its parent's mesh may leave the parent's samples: that misses them by a little more
+/// than its tolerance.
+double Globe::State::reachOfParent_m(const tiling::TileId& id) const {
+  return 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
 }
 
-/// What a record says of its tile: from its own content, and its box, which must not depend on that, from its parent's.
-void Globe::State::makeFacts(const tiling::TileId& id, TileRecord& r) const {
+/// Holds ground of these heights as it is drawn.
+OrientedBox Globe::State::drawnBox(const tiling::TileId& id, const HeightRange& range) const {
+  // What is lifted goes along normals of 16 bits, which lean by up to one part in 32767.
+  const double lean_m =
+      std::abs(frame.exaggeration - 1.0) * std::max(std::abs(range.low_m), std::abs(range.high_m)) / 32767.0;
+  const HeightRange drawn{.low_m = range.low_m * frame.exaggeration, .high_m = range.high_m * frame.exaggeration};
+  return grown(estimatedBox(maker.tiling, maker.ellipsoid, id, drawn), lean_m);
+}
+
+/// What is known of a tile without its content: a box from what its parent tells.
+void Globe::State::makeBox(const tiling::TileId& id, TileRecord& r) const {
   r.exaggeration = frame.exaggeration;
-  const double more = std::max(1.0, r.exaggeration);
   HeightRange range = unknownRange(maker.ellipsoid);
   if (id.level > 0) {
     const auto parent = records.find(id.parent());
     if (parent != records.end() && parent->second.content)
       range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
-    // It may be drawn as its parent's mesh, which misses the parent's samples by a little more than its tolerance.
-    const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
+    const double reach_m = reachOfParent_m(id);
     range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
   }
-  // What is lifted goes along normals of 16 bits, which lean by up to one part in 32767.
-  const auto boxOf = [&](const HeightRange& heights) {
-    const double furthest_m = std::max(std::abs(heights.low_m), std::abs(heights.high_m));
-    const double lean_m = std::abs(r.exaggeration - 1.0) * furthest_m / 32767.0;
-    return grown(estimatedBox(maker.tiling, maker.ellipsoid, id, exaggerated(heights, r.exaggeration)), lean_m);
-  };
-  r.facts.box = boxOf(range);
-  if (!r.content) return;
+  r.facts.box = drawnBox(id, range);
+}
+
+/// What its content adds.
+void Globe::State::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   const TileContent& content = *r.content;
+  const double more = std::max(1.0, frame.exaggeration);
   r.facts.drawable = true;
   r.facts.error_m = content.error_m * more;
   r.facts.texel_m = content.texel_m;
   r.facts.spacing_m = content.spacing_m;
-  r.facts.tightBox = content.box;
-  if (r.exaggeration != 1.0) {
-    const double reach_m = 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
-    r.facts.tightBox = grown(boxOf(content.range), r.facts.error_m + more * reach_m);
-  }
+  r.facts.tightBox = frame.exaggeration == 1.0
+                         ? content.box
+                         : grown(drawnBox(id, content.range), r.facts.error_m + more * reachOfParent_m(id));
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.
   if (id.level == 0) r.facts.box = r.facts.tightBox;
@@ -223,7 +233,8 @@ void Globe::State::receive() {
     TileRecord& r = record(arrival.id);
     r.job.reset();
     r.content = std::move(arrival.content);
-    makeFacts(arrival.id, r);
+    if (r.exaggeration != frame.exaggeration) makeBox(arrival.id, r);
+    takeFacts(arrival.id, r);
     r.lastUse = updates;
     contentBytes += r.content->bytes;
   }

@@ -136,6 +136,12 @@ class Cut {
     return over == Before::here || over == Before::above ? Before::above : Before::nowhere;
   }
 
+  static bool isOnParentsSurface(const TileFacts& facts, int level, const CornerLattice& corners) {
+    return std::all_of(facts.corners.corners.begin(), facts.corners.corners.end(), [&](CornerKey corner) {
+      return corner == kPoleCorner || !(corners.valueAt(corner, level) > 0.0f);
+    });
+  }
+
   /// The children that were drawn all look like their parent.
   bool isBackOnItsSurface(const Node& node) {
     for (int q = 0; q < 4; ++q) {
@@ -143,9 +149,7 @@ class Cut {
       const auto was = history_->last->find(child);
       if (!was) continue;
       if (*was == CutMemory::Was::split) return false;
-      for (const CornerKey corner : tree_.facts(child)->corners.corners) {
-        if (corner != kPoleCorner && history_->last->corners.valueAt(corner, child.level) > 0.0f) return false;
-      }
+      if (!isOnParentsSurface(*tree_.facts(child), child.level, history_->last->corners)) return false;
     }
     return true;
   }
@@ -159,9 +163,7 @@ class Cut {
       if (history_->last->corners.valueAt(corner, node.id.level) < 1.0f) return false;
     }
     for (int q = 0; q < 4; ++q) {
-      for (const CornerKey corner : tree_.facts(node.id.child(q))->corners.corners) {
-        if (corner != kPoleCorner && history_->last->corners.valueAt(corner, node.id.level + 1) > 0.0f) return false;
-      }
+      if (!isOnParentsSurface(*tree_.facts(node.id.child(q)), node.id.level + 1, history_->last->corners)) return false;
     }
     return true;
   }
@@ -187,13 +189,18 @@ class Cut {
       // Its ground lies in its parent's box as well.
       node.distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
       if (node.parent >= 0) node.distance_m = std::max(node.distance_m, at(node.parent).distance_m);
-      node.error_px = pixelsAcross(node.facts->error_m, node.distance_m, pixelAngle_);
-      node.texel_px = pixelsAcross(node.facts->texel_m, node.distance_m, pixelAngle_);
-      node.spacing_px = pixelsAcross(node.facts->spacing_m, node.distance_m, pixelAngle_);
-      if (node.facts->drawable)
-        node.need =
-            std::max({node.error_px / options_.tolerance_px, node.texel_px, node.spacing_px / options_.maxSpacing_px});
+      measure(node);
     }
+  }
+
+  /// How large it is on screen from its distance, and how much it needs its children for that.
+  void measure(Node& node) const {
+    node.error_px = pixelsAcross(node.facts->error_m, node.distance_m, pixelAngle_);
+    node.texel_px = pixelsAcross(node.facts->texel_m, node.distance_m, pixelAngle_);
+    node.spacing_px = pixelsAcross(node.facts->spacing_m, node.distance_m, pixelAngle_);
+    if (!node.facts->drawable) return;
+    node.need =
+        std::max({node.error_px / options_.tolerance_px, node.texel_px, node.spacing_px / options_.maxSpacing_px});
   }
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
@@ -214,14 +221,12 @@ class Cut {
   /// While a tile waits for its morph, what will be needed below its children comes already.
   void prefetchBelow(const tiling::TileId& id, double priority) {
     for (int q = 0; q < 4; ++q) {
-      const tiling::TileId child = id.child(q);
-      const TileFacts* facts = tree_.facts(child);
-      if (!facts->drawable || !inPicture(*facts) || beyondHorizon(*facts)) continue;
-      const double distance_m = facts->tightBox.distance_m(view_.eye);
-      const double need = std::max({pixelsAcross(facts->error_m, distance_m, pixelAngle_) / options_.tolerance_px,
-                                    pixelsAcross(facts->texel_m, distance_m, pixelAngle_),
-                                    pixelsAcross(facts->spacing_m, distance_m, pixelAngle_) / options_.maxSpacing_px});
-      if (need > 1.0 && childrenReady(child, std::min(need, priority))) prefetchBelow(child, priority);
+      Node child{.id = id.child(q), .facts = tree_.facts(id.child(q))};
+      if (!child.facts->drawable || !inPicture(*child.facts) || beyondHorizon(*child.facts)) continue;
+      child.distance_m = child.facts->tightBox.distance_m(view_.eye);
+      measure(child);
+      if (child.need > 1.0 && childrenReady(child.id, std::min(child.need, priority)))
+        prefetchBelow(child.id, priority);
     }
   }
 
@@ -331,10 +336,7 @@ class Cut {
   bool isReadyToMerge(const Node& node, const CornerLattice& corners) {
     for (int child = node.firstChild; child < node.firstChild + 4; ++child) {
       if (at(child).firstChild >= 0) return false;
-      if (!isDrawn(at(child))) continue;
-      for (const CornerKey corner : at(child).facts->corners.corners) {
-        if (corner != kPoleCorner && corners.valueAt(corner, node.id.level + 1) > 0.0f) return false;
-      }
+      if (isDrawn(at(child)) && !isOnParentsSurface(*at(child).facts, node.id.level + 1, corners)) return false;
     }
     return true;
   }
