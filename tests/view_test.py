@@ -35,9 +35,11 @@ class Display:
     """An X server without a screen, on a free number."""
 
     def __init__(self):
+        # An X server starts over when its last client leaves, and turns away whoever comes meanwhile: the next viewer.
+        # -noreset keeps it as it is.
         reading, writing = os.pipe()
         self.process = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x1024x24", "+extension", "GLX", "-nolisten", "tcp"],
+            ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x1024x24", "+extension", "GLX", "-nolisten", "tcp", "-noreset"],
             pass_fds=[writing], stderr=subprocess.DEVNULL)
         os.close(writing)
         with os.fdopen(reading) as numbers:
