@@ -92,7 +92,7 @@ struct FrameStatistics {
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;
   int tilesWanted = 0;             ///< finer ones that are not there yet
-  bool cappedByBudget = false;     ///< CutOptions::maxTiles left something coarser than the tolerance
+  bool cappedByBudget = false;     ///< a budget of CutOptions left something coarser than the tolerance
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
   std::uint64_t cpuCacheBytes = 0;

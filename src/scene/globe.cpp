@@ -64,14 +64,21 @@ struct Job {
   io::Executor::Task task;
 };
 
-struct TileRecord {
-  TileFacts facts;
-  double exaggeration = 1.0;  ///< that facts were made for
+struct TileRecord final : TileFacts {
+  double madeFor = 1.0;                   ///< the exaggeration that the facts were made for
+  std::array<TileRecord*, 4> children{};  ///< their records, once they were asked for
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<Job> job;      ///< asked for and not here yet
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
 };
+
+std::int64_t trianglesOf(const TerrainMesh& mesh) {
+  std::int64_t indices = mesh.interior.count;
+  for (const IndexRange& edge : mesh.fineEdge)
+    indices += edge.count;
+  return indices / 3;
+}
 
 std::uint64_t sourceBudget(const GlobeOptions& options, std::size_t layers) {
   const double share = kSourceShare * static_cast<double>(options.cpuCacheBytes);
@@ -127,20 +134,34 @@ struct Globe::State final : public TileTree {
 
   /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
   /// the first of four children before the last has come, for ever.
-  const TileFacts* facts(const tiling::TileId& id) override {
-    TileRecord& r = record(id);
+  TileFacts* use(const tiling::TileId& id, TileRecord& r) {
     r.lastUse = updates;
-    if (r.exaggeration != frame.exaggeration) {
+    if (r.madeFor != frame.exaggeration) {
       makeBox(id, r);
       if (r.content) takeFacts(id, r);
     }
-    return &r.facts;
+    return &r;
+  }
+  TileFacts* root(int root) override {
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    return use(id, record(id));
+  }
+  std::array<TileFacts*, 4> children(const tiling::TileId& id, TileFacts& facts) override {
+    TileRecord& r = static_cast<TileRecord&>(facts);
+    std::array<TileFacts*, 4> out{};
+    for (int q = 0; q < 4; ++q) {
+      TileRecord*& child = r.children[static_cast<std::size_t>(q)];
+      if (child == nullptr) child = &record(id.child(q));
+      out[static_cast<std::size_t>(q)] = use(id.child(q), *child);
+    }
+    return out;
   }
 
   TileRecord& record(const tiling::TileId& id) {
     const auto [found, isNew] = records.try_emplace(id);
     if (isNew) {
-      found->second.facts.corners = tileCorners(maker.tiling, id);
+      found->second.corners = tileCorners(maker.tiling, id);
+      found->second.around = tilesAround(maker.tiling, id);
       makeBox(id, found->second);
     }
     return found->second;
@@ -158,7 +179,7 @@ struct Globe::State final : public TileTree {
   void cancelUnwanted();
   void fillFrame(const View& view, const Selection& selection);
   void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile);
+  DrawnTile drawn(const SelectedTile& tile) const;
   void evict();
   Light lightFor(const View& view) const;
 
@@ -200,7 +221,7 @@ OrientedBox Globe::State::drawnBox(const tiling::TileId& id, const HeightRange& 
 
 /// What is known of a tile without its content: a box from what its parent tells.
 void Globe::State::makeBox(const tiling::TileId& id, TileRecord& r) const {
-  r.exaggeration = frame.exaggeration;
+  r.madeFor = frame.exaggeration;
   HeightRange range = unknownRange(maker.ellipsoid);
   if (id.level > 0) {
     const auto parent = records.find(id.parent());
@@ -209,23 +230,25 @@ void Globe::State::makeBox(const tiling::TileId& id, TileRecord& r) const {
     const double reach_m = reachOfParent_m(id);
     range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
   }
-  r.facts.box = drawnBox(id, range);
+  r.box = drawnBox(id, range);
 }
 
 /// What its content adds.
 void Globe::State::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   const TileContent& content = *r.content;
   const double more = std::max(1.0, frame.exaggeration);
-  r.facts.drawable = true;
-  r.facts.error_m = content.error_m * more;
-  r.facts.texel_m = content.texel_m;
-  r.facts.spacing_m = content.spacing_m;
-  r.facts.tightBox = frame.exaggeration == 1.0
+  r.drawable = true;
+  r.error_m = content.error_m * more;
+  r.texel_m = content.texel_m;
+  r.spacing_m = content.spacing_m;
+  r.triangles = trianglesOf(*content.mesh);
+  r.bytes = content.bytes;
+  r.tightBox = frame.exaggeration == 1.0
                          ? content.box
-                         : grown(drawnBox(id, content.range), r.facts.error_m + more * reachOfParent_m(id));
+                         : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.
-  if (id.level == 0) r.facts.box = r.facts.tightBox;
+  if (id.level == 0) r.box = r.tightBox;
 }
 
 void Globe::State::receive() {
@@ -233,7 +256,7 @@ void Globe::State::receive() {
     TileRecord& r = record(arrival.id);
     r.job.reset();
     r.content = std::move(arrival.content);
-    if (r.exaggeration != frame.exaggeration) makeBox(arrival.id, r);
+    if (r.madeFor != frame.exaggeration) makeBox(arrival.id, r);
     takeFacts(arrival.id, r);
     r.lastUse = updates;
     contentBytes += r.content->bytes;
@@ -248,8 +271,10 @@ void Globe::State::receive() {
 const CutHistory* Globe::State::historyAt(const CutOptions& options) {
   if (!options.time_s || !options.morph) {
     time_s = lastTime_s = std::nullopt;
-    for (CutMemory& memory : memories)
-      memory = {};
+    for (CutMemory& memory : memories) {
+      memory.clear();
+      memory.corners.clear();
+    }
     return nullptr;
   }
   if (time_s != options.time_s) {
@@ -306,8 +331,8 @@ void Globe::State::cancelUnwanted() {
   });
 }
 
-DrawnTile Globe::State::drawn(const SelectedTile& tile) {
-  const TileContent& content = *record(tile.id).content;
+DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
+  const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
                 .coarseEdges = tile.coarseEdges,
@@ -346,7 +371,6 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   for (const SelectedTile& tile : selection.drawn) {
     frame.tiles.push_back(drawn(tile));
     ++s.tilesALevel[tile.id.level];
-    record(tile.id).lastUse = updates;
   }
   s.cpuCacheBytes = contentBytes;
   for (const auto& layer : layers)
@@ -361,7 +385,7 @@ void Globe::State::fillDebug(const CutOptions& options) {
   debug.boxes.clear();
   if (!debug.views.has(DebugView::boxes)) return;
   for (const DrawnTile& tile : frame.tiles)
-    debug.boxes.push_back(record(tile.id).facts.tightBox);
+    debug.boxes.push_back(record(tile.id).tightBox);
 }
 
 void Globe::State::evict() {
@@ -379,6 +403,8 @@ void Globe::State::evict() {
     if (contentBytes <= contentBudget && records.size() <= kRecordsKept / 2) return;
     const auto found = records.find(id);
     if (found->second.content) contentBytes -= found->second.content->bytes;
+    const auto parent = id.level > 0 ? records.find(id.parent()) : records.end();
+    if (parent != records.end()) parent->second.children[static_cast<std::size_t>(id.quadrant())] = nullptr;
     records.erase(found);
   }
 }

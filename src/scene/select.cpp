@@ -20,10 +20,13 @@ enum class Before : std::uint8_t {
 
 struct Node {
   tiling::TileId id;
-  const TileFacts* facts = nullptr;
+  TileFacts* facts = nullptr;
   int parent = -1;
-  int firstChild = -1;    ///< its four children follow each other
-  bool seen = false;      ///< may be in the picture
+  int firstChild = -1;  ///< its four children follow each other
+  /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is.
+  std::array<int, kAround> around{};
+  std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
+  bool seen = false;        ///< may be in the picture, or soon (CutOptions::margin)
   bool waits = false;     ///< would be split, but has not left its parent's surface yet
   bool hasDrawn = false;  ///< something below it is drawn
   bool kept = false;      ///< is split only since it was, and its children are not back on its surface
@@ -72,18 +75,26 @@ class Cut {
         tiling_(tiling),
         ellipsoid_(ellipsoid),
         view_(view),
-        frustum_(view),
+        picture_(view),
+        frustum_(view, history != nullptr ? options.margin : 0.0),
+        horizonEye_(history != nullptr ? lifted(view.eye, ellipsoid) : view.eye),
         pixelAngle_(view.pixelAngle()),
         options_(options),
         occluderDepth_m_(occluderDepth_m),
         tree_(tree),
-        history_(options.morph ? history : nullptr) {}
+        history_(history) {}
 
   void run() {
-    leaves_ = static_cast<std::size_t>(tiling_.rootCount());
+    leaves_ = tiling_.rootCount();
     for (int root = 0; root < tiling_.rootCount(); ++root) {
-      const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)}, -1);
-      if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
+      const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+      const int node = add(id, tree_.root(root), -1);
+      for (std::size_t place = 0; place < kAround; ++place) {
+        const auto& beside = at(node).facts->around[place];
+        at(node).around[place] = beside ? beside->root : -1;
+      }
+      count(at(node), 1);
+      if (!at(node).facts->drawable) want(id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
     while (!queue_.empty() && !out_.cappedByBudget) {
       const Waiting worst = queue_.front();
@@ -102,7 +113,15 @@ class Cut {
   static constexpr double kMissingRoot = 1e9;
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
   static constexpr double kAboveRounding = 1e-6;
-  static constexpr double kKept = 1e-6;  ///< of the need of tiles that were split in the last frame
+  static constexpr double kKept = 1e-6;    ///< of the need of tiles that were split in the last frame
+  static constexpr double kUnseen = 0.25;  ///< what is not in the picture is less urgent by this
+  static constexpr double kLift = 0.05;    ///< of the eye's height: what comes over the horizon soon
+  using Children = std::array<TileFacts*, 4>;
+
+  static geo::BodyPosition lifted(const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid) {
+    const geo::Geodetic place = ellipsoid.geodeticFromBody(eye);
+    return eye + geo::directionFromLatLon(place.lat, place.lon).n * (kLift * std::max(place.height_m, 100.0));
+  }
 
   void enqueue(double need, const tiling::TileId& id, int node) {
     queue_.push_back({.need = need, .id = id, .node = node});
@@ -112,8 +131,15 @@ class Cut {
   Node& at(int node) { return nodes_[static_cast<std::size_t>(node)]; }
   bool isSeen(int node) { return at(node).seen; }
 
-  int add(const tiling::TileId& id, int parent) {
-    Node node{.id = id, .facts = tree_.facts(id), .parent = parent};
+  /// What it costs to draw, if it is drawn.
+  void count(const Node& node, int sign) {
+    if (!node.seen) return;
+    triangles_ += sign * node.facts->triangles;
+    bytes_ += sign * static_cast<std::int64_t>(node.facts->bytes);
+  }
+
+  int add(const tiling::TileId& id, TileFacts* facts, int parent) {
+    Node node{.id = id, .facts = facts, .parent = parent};
     classify(node);
     if (history_ != nullptr) node.before = beforeOf(node);
     // What is only there until it looks like its parent asks for nothing below it.
@@ -122,7 +148,7 @@ class Cut {
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
       enqueue(node.need, id, index);
-    } else if (node.before == Before::below && node.seen && !isBackOnItsSurface(node)) {
+    } else if (node.before == Before::below && node.seen && node.facts->drawable && !isBackOnItsSurface(node)) {
       enqueue(kKept, id, index);
     }
     return index;
@@ -143,49 +169,63 @@ class Cut {
   }
 
   /// The children that were drawn all look like their parent.
-  bool isBackOnItsSurface(const Node& node) {
+  bool isBackOnItsSurface(const Node& node) const {
+    const Children children = tree_.children(node.id, *node.facts);
     for (int q = 0; q < 4; ++q) {
       const tiling::TileId child = node.id.child(q);
       const auto was = history_->last->find(child);
       if (!was) continue;
       if (*was == CutMemory::Was::split) return false;
-      if (!isOnParentsSurface(*tree_.facts(child), child.level, history_->last->corners)) return false;
+      if (!isOnParentsSurface(*children[static_cast<std::size_t>(q)], child.level, history_->last->corners))
+        return false;
     }
     return true;
   }
 
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
   /// is as fine as they are is on its surface there.
-  bool mayPart(const Node& node) {
+  bool mayPart(const Node& node, const Children& children) const {
     if (history_ == nullptr || node.before == Before::below || node.before == Before::nowhere) return true;
     if (node.before == Before::above) return false;
-    for (const CornerKey corner : node.facts->corners.corners) {
-      if (history_->last->corners.valueAt(corner, node.id.level) < 1.0f) return false;
-    }
-    for (int q = 0; q < 4; ++q) {
-      if (!isOnParentsSurface(*tree_.facts(node.id.child(q)), node.id.level + 1, history_->last->corners)) return false;
-    }
-    return true;
+    const CornerLattice& last = history_->last->corners;
+    return std::all_of(node.facts->corners.corners.begin(), node.facts->corners.corners.end(),
+                       [&](CornerKey corner) { return last.valueAt(corner, node.id.level) >= 1.0f; }) &&
+           std::all_of(children.begin(), children.end(), [&](const TileFacts* child) {
+             return isOnParentsSurface(*child, node.id.level + 1, last);
+           });
   }
 
-  bool inPicture(const TileFacts& facts) const {
-    return frustum_.mayShow(facts.box) && (!facts.drawable || frustum_.mayShow(facts.tightBox));
+  /// Its ground lies in both boxes, and in its parent's.
+  static std::optional<std::uint8_t> planesAround(const ViewFrustum& frustum, const TileFacts& facts,
+                                                  std::uint8_t parents) {
+    const auto inside = frustum.planesAround(facts.box, parents);
+    return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
   }
-  bool beyondHorizon(const TileFacts& facts) const {
+  bool beyondHorizon(const TileFacts& facts, const geo::BodyPosition& eye) const {
     const auto hidden = [&](const OrientedBox& box) {
-      return isBeyondHorizon(box, view_.eye, ellipsoid_, occluderDepth_m_);
+      return isBeyondHorizon(box, eye, ellipsoid_, occluderDepth_m_);
     };
     return hidden(facts.box) || (facts.drawable && hidden(facts.tightBox));
+  }
+  bool maySee(const TileFacts& facts, std::uint8_t parents) const {
+    return planesAround(frustum_, facts, parents) && !beyondHorizon(facts, horizonEye_);
+  }
+  /// In the picture itself, the margin left out.
+  bool isShown(const TileFacts& facts) const {
+    return history_ == nullptr || (planesAround(picture_, facts, 0) && !beyondHorizon(facts, view_.eye));
   }
 
   void classify(Node& node) {
     ++out_.visited;
-    if (!inPicture(*node.facts)) {
+    if (node.parent >= 0 && !isSeen(node.parent)) return;
+    const auto inside = planesAround(frustum_, *node.facts, node.parent >= 0 ? at(node.parent).inside : std::uint8_t{0});
+    if (!inside) {
       ++out_.culledFrustum;
-    } else if (beyondHorizon(*node.facts)) {
+    } else if (beyondHorizon(*node.facts, horizonEye_)) {
       ++out_.culledHorizon;
     } else {
       node.seen = true;
+      node.inside = *inside;
       // Its ground lies in its parent's box as well.
       node.distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
       if (node.parent >= 0) node.distance_m = std::max(node.distance_m, at(node.parent).distance_m);
@@ -205,38 +245,40 @@ class Cut {
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
 
-  /// The four children are there, or are asked for.
-  bool childrenReady(const tiling::TileId& id, double priority) {
+  /// The four children are there, or are asked for. Without a history, only those that may be seen have to be.
+  bool areReady(const tiling::TileId& id, const Children& children, std::uint8_t inside, double priority) {
     bool ready = true;
     for (int q = 0; q < 4; ++q) {
-      const tiling::TileId child = id.child(q);
-      const TileFacts* facts = tree_.facts(child);
-      if (facts->drawable || !inPicture(*facts) || beyondHorizon(*facts)) continue;
-      want(child, priority);
+      const TileFacts& child = *children[static_cast<std::size_t>(q)];
+      if (child.drawable || (history_ == nullptr && !maySee(child, inside))) continue;
+      want(id.child(q), isShown(child) ? priority : kUnseen * priority);
       ready = false;
     }
     return ready;
   }
 
   /// While a tile waits for its morph, what will be needed below its children comes already.
-  void prefetchBelow(const tiling::TileId& id, double priority) {
+  void prefetchBelow(const tiling::TileId& id, const Children& children, double priority) {
     for (int q = 0; q < 4; ++q) {
-      Node child{.id = id.child(q), .facts = tree_.facts(id.child(q))};
-      if (!child.facts->drawable || !inPicture(*child.facts) || beyondHorizon(*child.facts)) continue;
+      Node child{.id = id.child(q), .facts = children[static_cast<std::size_t>(q)]};
+      if (!child.facts->drawable || !maySee(*child.facts, 0)) continue;
       child.distance_m = child.facts->tightBox.distance_m(view_.eye);
       measure(child);
-      if (child.need > 1.0 && childrenReady(child.id, std::min(child.need, priority)))
-        prefetchBelow(child.id, priority);
+      if (child.need <= 1.0 || child.id.level >= tiling::kMaxLevel) continue;
+      const Children below = tree_.children(child.id, *child.facts);
+      if (areReady(child.id, below, 0, std::min(child.need, priority))) prefetchBelow(child.id, below, priority);
     }
   }
 
-  template <class Visit>
-  void forEachTouching(const tiling::TileId& id, const Visit& visit) {
-    for (const tiling::Edge edge : tiling::kEdges)
-      visit(tiling_.edgeNeighbour(id, edge).tile);
-    for (const tiling::Corner corner : tiling::kCorners) {
-      if (const auto tile = tiling_.cornerNeighbour(id, corner)) visit(*tile);
+  bool isAffordable(const Node& node, const Children& children) const {
+    std::int64_t triangles = triangles_ - (node.seen ? node.facts->triangles : 0);
+    std::int64_t bytes = bytes_ - (node.seen ? static_cast<std::int64_t>(node.facts->bytes) : 0);
+    for (const TileFacts* child : children) {
+      triangles += node.seen ? child->triangles : 0;
+      bytes += node.seen ? static_cast<std::int64_t>(child->bytes) : 0;
     }
+    return leaves_ + 3 <= options_.maxTiles && triangles <= options_.maxTriangles &&
+           std::cmp_less_equal(bytes, options_.maxBytes);
   }
 
   /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
@@ -244,57 +286,77 @@ class Cut {
   bool split(int node, double priority) {
     const tiling::TileId id = at(node).id;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
-    if (static_cast<int>(leaves_) + 3 > options_.maxTiles) {
+    const Children children = tree_.children(id, *at(node).facts);
+    if (!isAffordable(at(node), children)) {
       out_.cappedByBudget = out_.cappedByBudget || priority > 1.0;
       return false;
     }
-    if (!childrenReady(id, priority)) return false;
-    bool balanced = true;
-    forEachTouching(id, [&](const tiling::TileId& neighbour) {
-      for (int cover = covering(neighbour); balanced && at(cover).id.level < id.level && isSeen(cover);
-           cover = covering(neighbour)) {
-        balanced = split(cover, priority);
-      }
-    });
-    if (!mayPart(at(node))) {
+    if (!areReady(id, children, at(node).inside, priority)) return false;
+    const bool balanced = splitCoarserAround(node, priority);
+    if (!mayPart(at(node), children)) {
       at(node).waits = true;
-      prefetchBelow(id, priority);
+      prefetchBelow(id, children, priority);
       return false;
     }
     if (!balanced) return false;
     const int first = static_cast<int>(nodes_.size());
-    for (int q = 0; q < 4; ++q)
-      add(id.child(q), node);
+    count(at(node), -1);
+    for (int q = 0; q < 4; ++q) {
+      add(id.child(q), children[static_cast<std::size_t>(q)], node);
+      count(nodes_.back(), 1);
+    }
     at(node).firstChild = first;
+    for (int q = 0; q < 4; ++q) {
+      for (std::size_t place = 0; place < kAround; ++place) {
+        const Kin kin = kinAround(q, place);
+        at(first + q).around[place] = kin.isSibling ? first + kin.which : at(node).around[kin.which];
+      }
+    }
     leaves_ += 3;
+    return true;
+  }
+
+  /// What is out of view counts only where there is a history: an eye that turns is to find it fit.
+  bool splitCoarserAround(int node, double priority) {
+    const int level = at(node).id.level;
+    for (std::size_t place = 0; place < kAround; ++place) {
+      for (int cover = covering(node, place);
+           cover >= 0 && at(cover).id.level < level && (history_ != nullptr || isSeen(cover));
+           cover = covering(node, place)) {
+        if (!split(cover, priority)) return false;
+      }
+    }
     return true;
   }
 
   /// Children that leave their parent's surface up to its border need others of their level beyond it.
   void queueRing(int node, double need) {
-    const tiling::TileId id = at(node).id;
-    forEachTouching(id, [&](const tiling::TileId& neighbour) {
-      const int cover = covering(neighbour);
+    const int level = at(node).id.level;
+    for (std::size_t place = 0; place < kAround; ++place) {
+      const int cover = covering(node, place);
+      if (cover < 0) continue;
       const Node& beyond = at(cover);
-      if (beyond.id.level == id.level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
+      if (beyond.id.level == level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
         enqueue(1.0 + 0.25 * (need - 1.0), beyond.id, cover);
-    });
-  }
-
-  /// The deepest node of the forest that holds a tile.
-  int covering(const tiling::TileId& id) {
-    int node = id.root;
-    for (int level = 1; level <= id.level && at(node).firstChild >= 0; ++level) {
-      node = at(node).firstChild + id.ancestor(level).quadrant();
     }
-    return node;
   }
 
-  std::uint8_t coarseEdgesOf(const tiling::TileId& id) {
+  /// The deepest node of the forest, no deeper than this one, that holds a place around it; -1: nothing does.
+  int covering(int node, std::size_t place) {
+    Node& n = at(node);
+    int cover = n.around[place];
+    if (cover < 0) return -1;
+    while (at(cover).firstChild >= 0 && at(cover).id.level < n.id.level)
+      cover = at(cover).firstChild + n.facts->around[place]->ancestor(at(cover).id.level + 1).quadrant();
+    n.around[place] = cover;
+    return cover;
+  }
+
+  std::uint8_t coarseEdgesOf(int node) {
     unsigned mask = 0;
     for (std::size_t e = 0; e < tiling::kEdges.size(); ++e) {
-      const int cover = covering(tiling_.edgeNeighbour(id, tiling::kEdges[e]).tile);
-      if (at(cover).id.level + 1 == id.level && isSeen(cover)) mask |= 1u << e;
+      const Node& beyond = at(covering(node, e));
+      if (beyond.id.level + 1 == at(node).id.level && beyond.seen) mask |= 1u << e;
     }
     return static_cast<std::uint8_t>(mask);
   }
@@ -358,15 +420,14 @@ class Cut {
   }
 
   void remember(CutMemory& memory) {
-    memory.drawn.clear();
+    memory.clear();
     // Children follow their parents.
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
       const bool drawn = isDrawn(*node);
       if (!drawn && !node->hasDrawn) continue;
       if (node->parent >= 0) at(node->parent).hasDrawn = true;
-      memory.drawn.push_back({.id = node->id, .was = drawn ? CutMemory::Was::leaf : CutMemory::Was::split});
+      memory.add(node->id, drawn ? CutMemory::Was::leaf : CutMemory::Was::split);
     }
-    std::sort(memory.drawn.begin(), memory.drawn.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
   }
 
   /// Each tile once, as urgent as the most urgent of those who asked for it.
@@ -386,9 +447,10 @@ class Cut {
   void collect() {
     CornerLattice& corners = history_ != nullptr ? history_->now->corners : ownCorners_;
     if (options_.morph) settleCorners(corners);
-    for (const Node& node : nodes_) {
-      if (!isDrawn(node)) continue;
-      SelectedTile tile{.id = node.id, .coarseEdges = coarseEdgesOf(node.id)};
+    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
+      const Node& node = at(i);
+      if (!isDrawn(node) || !isShown(*node.facts)) continue;
+      SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = coarseEdgesOf(i)};
       for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
         tile.morph[q] = corners.valueAt(node.facts->corners.corners[q], node.id.level);
       tile.error_px = drawnError_px(node, tile.morph);
@@ -406,25 +468,23 @@ class Cut {
   const tiling::Tiling& tiling_;
   const geo::Ellipsoid& ellipsoid_;
   const View& view_;
-  ViewFrustum frustum_;
+  ViewFrustum picture_;
+  ViewFrustum frustum_;  ///< with the margin
+  geo::BodyPosition horizonEye_;
   double pixelAngle_;
   const CutOptions& options_;
   double occluderDepth_m_;
   TileTree& tree_;
   const CutHistory* history_;
-  std::size_t leaves_ = 0;
+  int leaves_ = 0;
+  std::int64_t triangles_ = 0;  ///< of the leaves that are seen
+  std::int64_t bytes_ = 0;
 };
 
 }  // namespace
 
 double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
   return length_m / (std::max(distance_m, kNearest_m) * pixelAngle);
-}
-
-std::optional<CutMemory::Was> CutMemory::find(const tiling::TileId& id) const {
-  const auto found = std::lower_bound(drawn.begin(), drawn.end(), id,
-                                      [](const Drawn& d, const tiling::TileId& i) { return d.id < i; });
-  return found != drawn.end() && found->id == id ? std::optional(found->was) : std::nullopt;
 }
 
 struct Selector::Work {
@@ -442,7 +502,9 @@ Selector& Selector::operator=(Selector&&) noexcept = default;
 const Selection& Selector::select(const View& view, const CutOptions& options, double occluderDepth_m, TileTree& tree,
                                   const CutHistory* history) {
   work_->buffers.clear();
-  Cut(work_->tiling, work_->ellipsoid, work_->buffers, view, options, occluderDepth_m, tree, history).run();
+  Cut(work_->tiling, work_->ellipsoid, work_->buffers, view, options, occluderDepth_m, tree,
+      options.morph ? history : nullptr)
+      .run();
   return work_->buffers.out;
 }
 

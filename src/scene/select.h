@@ -10,7 +10,9 @@
 #include "geo/ellipsoid.h"
 #include "scene/camera.h"
 #include "scene/corner_lattice.h"
+#include "scene/cut_memory.h"
 #include "scene/oriented_box.h"
+#include "scene/tiles_around.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -20,9 +22,12 @@ struct CutOptions {
   /// Spacing of a tile's samples on screen that needs no refinement, whatever the error; > 0. One sample or more for
   /// each square of that side.
   double maxSpacing_px = std::numeric_limits<double>::infinity();
-  /// Leaves of the cut, drawn or culled; the worst are refined first. Pictures of 3840 x 2160 need up to 2300
-  /// (docs/selection.md), so this is for what was asked for by mistake.
+  /// What the leaves of the cut may be: the worst are refined first, as far as this goes. Tiles, drawn or culled:
+  /// pictures of 3840 x 2160 need up to 2300 (docs/selection.md), so this is for what was asked for by mistake. And
+  /// those that may be seen: their triangles, and the bytes of their meshes and pictures.
   int maxTiles = 3000;
+  std::int64_t maxTriangles = std::numeric_limits<std::int64_t>::max();
+  std::uint64_t maxBytes = std::numeric_limits<std::uint64_t>::max();
   /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
   bool morph = true;
   /// Where the scene's clock stands. With it, what would jump (late data above all) fades in over fade_s seconds a
@@ -30,6 +35,9 @@ struct CutOptions {
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
   double fade_s = 0.3;
+  /// With time_s: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has faded in
+  /// when a moving eye gets to see it; a share of half the picture.
+  double margin = 0.15;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -45,20 +53,26 @@ struct TileFacts {
   /// The side of one texel on the ground when there are finer pictures below, else 0.
   double texel_m = 0.0;
   TileCorners corners;  ///< known from the start
+  TilesAround around;   ///< likewise
   /// The spacing of its samples, whatever its mesh makes of them; 0 on the deepest level. Known once it is drawable.
   double spacing_m = 0.0;
+  std::int64_t triangles = 0;  ///< of its mesh, no coarser neighbours
+  std::uint64_t bytes = 0;     ///< of its mesh and pictures
 };
 
 /// Where select() finds its facts.
 class TileTree {
  public:
   virtual ~TileTree() = default;
-  /// Called for roots and for children of drawable tiles only. Never null. Pointers stay valid while select() runs.
-  virtual const TileFacts* facts(const tiling::TileId& id) = 0;
+  /// Never null. Pointers stay valid while select() runs.
+  virtual TileFacts* root(int root) = 0;
+  /// By quadrant, of a drawable tile.
+  virtual std::array<TileFacts*, 4> children(const tiling::TileId& id, TileFacts& facts) = 0;
 };
 
 struct SelectedTile {
   tiling::TileId id;
+  const TileFacts* facts = nullptr;  ///< as TileTree gave it
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
   double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
@@ -76,22 +90,9 @@ struct Selection {
   int visited = 0;
   int culledFrustum = 0;
   int culledHorizon = 0;
-  bool cappedByBudget = false;     ///< maxTiles left something coarser than the tolerance
+  bool cappedByBudget = false;     ///< a budget left something coarser than the tolerance
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn
-};
-
-/// What a frame drew, for the next one to go on from without a jump.
-struct CutMemory {
-  enum class Was : std::uint8_t { leaf, split };
-  struct Drawn {
-    tiling::TileId id;
-    Was was = Was::leaf;
-  };
-  std::vector<Drawn> drawn;  ///< leaves that were drawn and what is over them, in the order of their numbers
-  CornerLattice corners;
-
-  std::optional<Was> find(const tiling::TileId& id) const;
 };
 
 struct CutHistory {
@@ -110,8 +111,10 @@ struct CutHistory {
 /// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
 /// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
 /// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
-/// become their parent only once they are back on its. occluderDepth_m: how far below the ellipsoid the deepest ground
-/// of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
+/// become their parent only once they are back on its; and what is not seen is held ready for an eye that turns: all
+/// four children are waited for, and all neighbours are at most one level apart. occluderDepth_m: how far below the
+/// ellipsoid the deepest ground of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be
+/// there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);

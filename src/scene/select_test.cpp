@@ -32,13 +32,19 @@ class FakeTree final : public TileTree {
   int deepest = 16;
   HeightRange range{.low_m = -500.0, .high_m = 9000.0};
 
-  const TileFacts* facts(const TileId& id) override {
+  TileFacts* root(int root) override { return facts({.level = 0, .root = static_cast<std::uint8_t>(root)}); }
+  std::array<TileFacts*, 4> children(const TileId& id, TileFacts&) override {
+    return {facts(id.child(0)), facts(id.child(1)), facts(id.child(2)), facts(id.child(3))};
+  }
+
+  TileFacts* facts(const TileId& id) {
     const auto [found, isNew] = facts_.try_emplace(id);
     if (isNew) {
       found->second.drawable = loaded(id);
       found->second.box = estimatedBox(tiling_, kEarth, id, range);
       found->second.tightBox = found->second.box;
       found->second.corners = tileCorners(tiling_, id);
+      found->second.around = tilesAround(tiling_, id);
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
       found->second.spacing_m = id.level < deepest ? size_m / 64.0 : 0.0;
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;

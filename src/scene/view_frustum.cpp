@@ -5,9 +5,9 @@
 
 namespace tellurion::scene {
 
-ViewFrustum::ViewFrustum(const View& view) : eye_(view.eye.m) {
+ViewFrustum::ViewFrustum(const View& view, double margin) : eye_(view.eye.m) {
   const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
-  const double y = std::tan(view.verticalFov.radians() / 2.0);
+  const double y = std::tan(view.verticalFov.radians() / 2.0) * (1.0 + margin);
   const double x = y * view.viewport.width / view.viewport.height;
   // In view axes the picture is |x| <= tan * -z, |y| <= tan * -z.
   const std::array<geo::Vec3, 5> inView{geo::Vec3(-1.0, 0.0, -x), geo::Vec3(1.0, 0.0, -x), geo::Vec3(0.0, -1.0, -y),
@@ -16,14 +16,20 @@ ViewFrustum::ViewFrustum(const View& view) : eye_(view.eye.m) {
                  [&](const geo::Vec3& n) { return bodyFromView * geo::normalize(n); });
 }
 
-bool ViewFrustum::mayShow(const OrientedBox& box) const {
+std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, std::uint8_t within) const {
   const geo::Vec3 centre = box.centre.m - eye_;
-  return std::all_of(inward_.begin(), inward_.end(), [&](const geo::Vec3& n) {
+  for (std::size_t i = 0; i < inward_.size(); ++i) {
+    const auto bit = static_cast<std::uint8_t>(1u << i);
+    if ((within & bit) != 0) continue;
+    const geo::Vec3& n = inward_[i];
     double reach = 1e-6;
     for (const geo::Vec3& axis : box.halfAxes)
       reach += std::abs(geo::dot(axis, n));
-    return geo::dot(centre, n) >= -reach;
-  });
+    const double inside = geo::dot(centre, n);
+    if (inside < -reach) return std::nullopt;
+    if (inside >= reach) within |= bit;
+  }
+  return within;
 }
 
 bool isBeyondHorizon(const OrientedBox& box, const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid,

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <optional>
 
 #include "geo/ellipsoid.h"
 #include "scene/camera.h"
@@ -12,10 +14,14 @@ namespace tellurion::scene {
 /// Immutable.
 class ViewFrustum {
  public:
-  explicit ViewFrustum(const View& view);
+  /// margin: how far beyond the sides of the picture it reaches, as a share of half the picture.
+  explicit ViewFrustum(const View& view, double margin = 0.0);
 
   /// Conservative: false only when no point of the box falls into the picture.
-  bool mayShow(const OrientedBox& box) const;
+  bool mayShow(const OrientedBox& box) const { return planesAround(box).has_value(); }
+  /// The planes that all of the box lies within, a bit for each; nothing when it lies wholly beyond one. `within`:
+  /// those that are known to hold all that the box stands for, and are not tested.
+  std::optional<std::uint8_t> planesAround(const OrientedBox& box, std::uint8_t within = 0) const;
 
  private:
   geo::Vec3 eye_;

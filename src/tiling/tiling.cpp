@@ -22,18 +22,6 @@ std::uint32_t tileCoordinate(double unit, int level) {
 
 }  // namespace
 
-TileId TileId::child(int quadrant) const {
-  assert(quadrant >= 0 && quadrant < 4 && level < kMaxLevel);
-  const auto q = static_cast<std::uint32_t>(quadrant);
-  return {static_cast<std::uint8_t>(level + 1), root, 2 * x + (q & 1u), 2 * y + (q >> 1u)};
-}
-
-TileId TileId::ancestor(int ancestorLevel) const {
-  assert(ancestorLevel >= 0 && ancestorLevel <= level);
-  const int up = level - ancestorLevel;
-  return {static_cast<std::uint8_t>(ancestorLevel), root, x >> up, y >> up};
-}
-
 bool TileId::isDescendantOf(const TileId& a) const {
   return level >= a.level && ancestor(a.level) == a;
 }

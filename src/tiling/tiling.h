@@ -26,9 +26,15 @@ struct TileId {
 
   TileId parent() const { return {static_cast<std::uint8_t>(level - 1), root, x >> 1, y >> 1}; }
   /// quadrant: 0 top left, 1 top right, 2 bottom left, 3 bottom right.
-  TileId child(int quadrant) const;
+  TileId child(int quadrant) const {
+    const auto q = static_cast<std::uint32_t>(quadrant);
+    return {static_cast<std::uint8_t>(level + 1), root, 2 * x + (q & 1u), 2 * y + (q >> 1u)};
+  }
   int quadrant() const { return static_cast<int>((x & 1u) | ((y & 1u) << 1u)); }
-  TileId ancestor(int ancestorLevel) const;
+  TileId ancestor(int ancestorLevel) const {  ///< ancestorLevel <= level
+    const int up = level - ancestorLevel;
+    return {static_cast<std::uint8_t>(ancestorLevel), root, x >> up, y >> up};
+  }
   bool isDescendantOf(const TileId& a) const;  ///< true also for a itself
 };
 
