@@ -78,7 +78,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
                                            std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
   if (interrupt.token().stop_requested())
     return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
-  warnOfBudget("render", frame);
+  warnOfBudget("render", arguments.picture, frame);
   warnOfGround(globe, view);
   studio->renderer.draw(frame, studio->target);
   if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());

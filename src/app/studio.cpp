@@ -58,7 +58,9 @@ std::string colourProblem(const std::string& text) {
 }  // namespace
 
 scene::CutOptions PictureArguments::cut() const {
-  scene::CutOptions cut{.tolerance_px = tolerance_px, .morph = !noMorph};
+  scene::CutOptions cut{.tolerance_px = tolerance_px, .maxTiles = maxTiles, .morph = !noMorph};
+  if (maxTriangles > 0) cut.maxTriangles = maxTriangles;
+  if (maxMebibytes > 0) cut.maxBytes = static_cast<std::uint64_t>(maxMebibytes) << 20;
   if (verticesPerPixel > 0.0) {
     cut.tolerance_px = std::numeric_limits<double>::infinity();
     cut.maxSpacing_px = 1.0 / std::sqrt(verticesPerPixel);
@@ -104,6 +106,18 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
       ->capture_default_str();
   command.add_flag("--no-morph", arguments.noMorph,
                    "Let ground pop to finer levels instead of growing into them (for comparison)");
+  command
+      .add_option("--max-tiles", arguments.maxTiles,
+                  "Draw with no more tiles than these, those out of view that must fit to them included; the worst "
+                  "ground is made finer first")
+      ->check(CLI::Range(16, 1000000))
+      ->capture_default_str();
+  command.add_option("--max-triangles", arguments.maxTriangles, "Likewise with no more triangles; else any number")
+      ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1000000000}));
+  command
+      .add_option("--max-mib", arguments.maxMebibytes,
+                  "Likewise with meshes and pictures of no more mebibytes; else any number")
+      ->check(CLI::Range(16, 1000000));
 }
 
 CLI::Validator between(double low, double high) {
@@ -173,13 +187,15 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
   return lines;
 }
 
-void warnOfBudget(const char* command, const scene::Frame& frame) {
+void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::Frame& frame) {
   if (!frame.statistics.cappedByBudget) return;
-  fmt::print(
-      stderr,
-      "tellurion {}: warning: all {} tiles that a frame may have are spent, and the ground is up to {:.1f} pixels "
-      "off; raise --tolerance, lower --vertices-per-pixel or make the picture smaller\n",
-      command, scene::CutOptions{}.maxTiles, frame.statistics.maxScreenError_px);
+  std::string budget = fmt::format("{} tiles (--max-tiles)", arguments.maxTiles);
+  if (arguments.maxTriangles > 0) budget += fmt::format(" or {} triangles (--max-triangles)", arguments.maxTriangles);
+  if (arguments.maxMebibytes > 0) budget += fmt::format(" or {} MiB (--max-mib)", arguments.maxMebibytes);
+  fmt::print(stderr,
+             "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
+             "off; raise them, raise --tolerance, lower --vertices-per-pixel or make the picture smaller\n",
+             command, budget, frame.statistics.maxScreenError_px);
 }
 
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view) {

@@ -24,14 +24,17 @@ struct PictureArguments {
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
   bool noMorph = false;
+  int maxTiles = scene::CutOptions{}.maxTiles;
+  std::int64_t maxTriangles = 0;  ///< 0: any number
+  int maxMebibytes = 0;           ///< likewise
 
   scene::CutOptions cut() const;
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration and --no-morph,
-/// checked as they are read: what is wrong is wrong use.
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration, --no-morph and the
+/// budgets, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments);
 
 /// A check for an option that holds a number; CLI11's own range lets NaN through.
@@ -64,7 +67,7 @@ const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, c
 std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
 
 /// Says on stderr how far off the picture is where the budget of tiles did not reach the tolerance.
-void warnOfBudget(const char* command, const scene::Frame& frame);
+void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::Frame& frame);
 
 /// How far the eye is below the loaded ground at its place, metres; 0 above it, or where no ground is loaded.
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view);

@@ -292,6 +292,41 @@ TEST_P(GlobeOnTiling, nothingPopsInFlight) {
   EXPECT_EQ(settled(*late.globe), settled(*direct.globe));
 }
 
+/// Where the eye turns to, hardly anything has come yet: what was in the picture before stays as fine as it was, but for what is fine enough
+/// coarser or on its way there.
+TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
+  std::mt19937_64 random = geo::seededGenerator();
+  const Tiling tiling(GetParam());
+  for (const double pitch : {-50.0, -15.0}) {
+    Planet p = planetOf(GetParam(), {.workers = 2});
+    const auto look = [&](double heading, double t) -> const Frame& {
+      return p.globe->update(viewFrom(46.6, 8.0, 30e3, heading, pitch), {.time_s = t});
+    };
+    const auto end = std::chrono::steady_clock::now() + 60s;
+    for (double t = 0.0; !look(0.0, t).complete && std::chrono::steady_clock::now() < end; t += 1.0)
+      p.globe->waitForArrivals(20ms);
+    std::set<TileId> before;
+    for (const DrawnTile& tile : look(0.0, 1e6).tiles)
+      before.insert(tile.id);
+    int wanted = 0;
+    p.elevation->delay = [](const TileId&) { std::this_thread::sleep_for(30ms); };
+    for (int k = 0; k < 5; ++k) {
+      const Frame& frame = look(geo::uniform(random, -40, 40), 1e6 + k);
+      expectWatertight(frame, tiling);
+      for (const DrawnTile& tile : frame.tiles) {
+        for (const TileId& id : before) {
+          if (id.level > tile.id.level && id.isDescendantOf(tile.id)) {
+            ASSERT_LE(tile.error_px, 2.0) << "was level " << static_cast<int>(id.level) << ", is "
+                                          << static_cast<int>(tile.id.level);
+          }
+        }
+      }
+      wanted += frame.statistics.tilesWanted;
+    }
+    EXPECT_GT(wanted, 0) << "else this says nothing";
+  }
+}
+
 TEST_P(GlobeOnTiling, regularMeshesAreWatertightToo) {
   std::mt19937_64 random = geo::seededGenerator();
   Planet p = planetOf(GetParam(), {.workers = 3, .regularMesh = true, .cpuCacheBytes = std::uint64_t{4} << 30});

@@ -270,15 +270,17 @@ class Cut {
     }
   }
 
-  bool isAffordable(const Node& node, const Children& children) const {
+  bool affords(const Node& node, const Children& children, double priority) {
     std::int64_t triangles = triangles_ - (node.seen ? node.facts->triangles : 0);
     std::int64_t bytes = bytes_ - (node.seen ? static_cast<std::int64_t>(node.facts->bytes) : 0);
     for (const TileFacts* child : children) {
       triangles += node.seen ? child->triangles : 0;
       bytes += node.seen ? static_cast<std::int64_t>(child->bytes) : 0;
     }
-    return leaves_ + 3 <= options_.maxTiles && triangles <= options_.maxTriangles &&
-           std::cmp_less_equal(bytes, options_.maxBytes);
+    const bool enough = leaves_ + 3 <= options_.maxTiles && triangles <= options_.maxTriangles &&
+                        std::cmp_less_equal(bytes, options_.maxBytes);
+    out_.cappedByBudget = out_.cappedByBudget || (!enough && priority > 1.0);
+    return enough;
   }
 
   /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
@@ -287,12 +289,10 @@ class Cut {
     const tiling::TileId id = at(node).id;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     const Children children = tree_.children(id, *at(node).facts);
-    if (!isAffordable(at(node), children)) {
-      out_.cappedByBudget = out_.cappedByBudget || priority > 1.0;
-      return false;
-    }
+    if (!affords(at(node), children, priority)) return false;
     if (!areReady(id, children, at(node).inside, priority)) return false;
     const bool balanced = splitCoarserAround(node, priority);
+    if (!affords(at(node), children, priority)) return false;  // what lies around it took the rest
     if (!mayPart(at(node), children)) {
       at(node).waits = true;
       prefetchBelow(id, children, priority);

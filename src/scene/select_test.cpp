@@ -32,6 +32,9 @@ class FakeTree final : public TileTree {
   int deepest = 16;
   HeightRange range{.low_m = -500.0, .high_m = 9000.0};
 
+  static constexpr std::int64_t kTriangles = 100;  ///< of a tile
+  static constexpr std::uint64_t kBytesATriangle = 50;
+
   TileFacts* root(int root) override { return facts({.level = 0, .root = static_cast<std::uint8_t>(root)}); }
   std::array<TileFacts*, 4> children(const TileId& id, TileFacts&) override {
     return {facts(id.child(0)), facts(id.child(1)), facts(id.child(2)), facts(id.child(3))};
@@ -45,6 +48,8 @@ class FakeTree final : public TileTree {
       found->second.tightBox = found->second.box;
       found->second.corners = tileCorners(tiling_, id);
       found->second.around = tilesAround(tiling_, id);
+      found->second.triangles = kTriangles;
+      found->second.bytes = static_cast<std::uint64_t>(kTriangles) * kBytesATriangle;
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
       found->second.spacing_m = id.level < deepest ? size_m / 64.0 : 0.0;
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;
@@ -201,6 +206,31 @@ TEST_P(SelectOn, theBudgetIsKept) {
     const Selection s = selected(randomView(random), tree, {.tolerance_px = 0.2, .maxTiles = 60});
     EXPECT_LE(static_cast<int>(s.drawn.size()), 60 + tiling.rootCount());
     expectBalancedAndDisjoint(s);
+  }
+}
+
+TEST_P(SelectOn, trianglesAndBytesHaveTheirBudgets) {
+  std::mt19937_64 random = geo::seededGenerator();
+  FakeTree tree(tiling);
+  const auto costOf = [&](const Selection& s) {
+    std::int64_t triangles = 0;
+    for (const SelectedTile& t : s.drawn)
+      triangles += t.facts->triangles;
+    return triangles;
+  };
+  for (int i = 0; i < 20; ++i) {
+    const View view = randomView(random);
+    const CutOptions all{.tolerance_px = 1.0, .maxTiles = 100000};
+    const std::int64_t whole = costOf(selected(view, tree, all));
+    CutOptions options = all;
+    options.maxTriangles = std::max<std::int64_t>(whole / 2, 12 * FakeTree::kTriangles);
+    const Selection s = selected(view, tree, options);
+    EXPECT_LE(costOf(s), options.maxTriangles);
+    EXPECT_EQ(s.cappedByBudget, whole > options.maxTriangles);
+    expectBalancedAndDisjoint(s);
+    CutOptions bytes = all;
+    bytes.maxBytes = static_cast<std::uint64_t>(options.maxTriangles) * FakeTree::kBytesATriangle;
+    EXPECT_EQ(idsOf(selected(view, tree, bytes)), idsOf(s)) << "each triangle has as many bytes";
   }
 }
 
