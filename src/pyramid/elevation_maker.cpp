@@ -114,29 +114,30 @@ HeightStatistics statisticsOf(const Raster<float>& samples, const TileRecord& re
 
 /// Raises the error to the distance to a tile below. One that is covered by deeper ones, which are compared too, is
 /// left out; one of the last level that is compared adds its own error.
-io::Result<void> raiseError(const Raster<float>& samples, const TileRecord& below, int cells, TileRecord& record) {
+io::Result<void> raiseError(const Canvas& canvas, const TileRecord& below, double spacing_m, TileRecord& record) {
   constexpr std::uint8_t kAllChildren = 15;
   const bool isLast = below.id.level - record.id.level == kComparedLevels;
   if (below.childMask == kAllChildren && !isLast) return {};
-  const auto samplesBelow = samplesOf(below, cells);
+  const auto samplesBelow = samplesOf(below, canvas.cells);
   if (!samplesBelow) return tl::unexpected(samplesBelow.error());
   HeightStatistics& own = record.statistics;
-  const double missing_m = static_cast<double>(own.max_m) - static_cast<double>(own.min_m);
-  const double distance = distanceToDescendant(record.id, samples, below.id, *samplesBelow, missing_m);
+  const ErrorScale scale{.spacing_m = spacing_m,
+                         .missing_m = static_cast<double>(own.max_m) - static_cast<double>(own.min_m)};
+  const double distance = distanceToDescendant(record.id, canvas.samples, below.id, *samplesBelow, scale);
   const double beyond = isLast ? static_cast<double>(below.statistics.error_m) : 0.0;
   own.error_m = std::max(own.error_m, roundedUp(distance + beyond));
   return {};
 }
 
-io::Result<void> summarise(const TileTask& task, const Canvas& canvas, TileRecord& record) {
+io::Result<void> summarise(const TileTask& task, const Canvas& canvas, double spacing_m, TileRecord& record) {
   record.statistics = statisticsOf(canvas.samples, record);
   if (isNoData(record.statistics.min_m)) return {};
   for (const auto& child : task.children) {
     if (!child) continue;
-    if (auto ok = raiseError(canvas.samples, *child, canvas.cells, record); !ok) return ok;
+    if (auto ok = raiseError(canvas, *child, spacing_m, record); !ok) return ok;
   }
   for (const TileRecord& below : task.deeper) {
-    if (auto ok = raiseError(canvas.samples, below, canvas.cells, record); !ok) return ok;
+    if (auto ok = raiseError(canvas, below, spacing_m, record); !ok) return ok;
   }
   return {};
 }
@@ -179,7 +180,9 @@ io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& t
   if (auto ok = takeChildren(task, canvas, record); !ok) return tl::unexpected(ok.error());
   if (auto ok = takeGutters(task, canvas); !ok) return tl::unexpected(ok.error());
   if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples); !ok) return tl::unexpected(ok.error());
-  if (auto ok = summarise(task, canvas, record); !ok) return tl::unexpected(ok.error());
+  const double spacing_m = plan_.tiling().metrics(task.id.level).largestEdge.radians() / plan_.meta.tileCells *
+                           plan_.meta.body.ellipsoid.semiMajorAxis_m();
+  if (auto ok = summarise(task, canvas, spacing_m, record); !ok) return tl::unexpected(ok.error());
   if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
   return std::optional(std::move(record));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace tellurion::scene {
@@ -284,8 +285,13 @@ bool hasGaps(const Samplers& samplers, const Quarter& q) {
 }
 
 /// The sources' errors are of their own data alone. Where a layer has gaps, deeper tiles may move its border by as much
-/// as a cell: the ground of that quarter is off by up to the whole height from one side of it to the other.
-void addGaps(ComposedGround& ground, const Samplers& samplers, int cells) {
+/// as a cell, and fill the gap otherwise: so the ground of that quarter is off by up to the whole height from one side
+/// of it to the other, measured upwards. But all levels pass through this one's samples, and in between through all
+/// heights between theirs (or past them by no more than the sources' errors), so in space it is no further than two
+/// cells aside and that.
+void addGaps(ComposedGround& ground, const Samplers& samplers, int cells, double spacing_m) {
+  const double inSpace_m = std::hypot(2.0 * std::numbers::sqrt2 * spacing_m, ground.error_m);
+  double error_m = ground.error_m;
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     const Quarter q = quarterOf(quadrant, cells);
     if (!hasGaps(samplers, q)) continue;
@@ -297,8 +303,9 @@ void addGaps(ComposedGround& ground, const Samplers& samplers, int cells) {
       });
     }
     unite(ground.range, range);
-    ground.error_m = std::max(ground.error_m, range.high_m - range.low_m);
+    error_m = std::max(error_m, std::min(range.high_m - range.low_m, inSpace_m));
   }
+  ground.error_m = error_m;
 }
 
 }  // namespace
@@ -371,7 +378,10 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   for (const auto& sampler : samplers) {
     if (sampler->ownTile() != nullptr) addFacts(ground, *sampler->ownTile());
   }
-  addGaps(ground, samplers, cells_);
+  if (!samplers.empty()) {
+    const double radius_m = layers_.front()->info().body.ellipsoid.semiMajorAxis_m();
+    addGaps(ground, samplers, cells_, tiling_.metrics(id.level).largestEdge.radians() / cells_ * radius_m);
+  }
   return ground;
 }
 

@@ -21,8 +21,9 @@ struct ComposedGround {
   GroundSamples heights;                  ///< all finite, see GroundLayers for where no layer has data
   HeightRange range;                      ///< of this tile's ground and of all below it
   std::array<HeightRange, 4> childRange;  ///< the same of its children
-  /// What this tile misses of the finest ground below: what the layers' sources say, or, where a layer that has deeper
-  /// tiles has gaps, the whole range of heights. A gap between two samples that no coarser level shows is not known of.
+  /// What this tile misses of the finest ground below, a distance in space: what the layers' sources say, and where a
+  /// layer that has deeper tiles has gaps, two cells more. A gap between two samples that no coarser level shows is not
+  /// known of.
   double error_m = 0.0;
   int level = -1;  ///< the deepest level at which a layer has samples of its own here; -1: no data
 };
