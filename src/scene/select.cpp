@@ -319,14 +319,16 @@ class Cut {
   /// What is out of view counts only where there is a history: an eye that turns is to find it fit.
   bool splitCoarserAround(int node, double priority) {
     const int level = at(node).id.level;
+    bool balanced = true;
     for (std::size_t place = 0; place < kAround; ++place) {
+      bool goesOn = true;
       for (int cover = covering(node, place);
-           cover >= 0 && at(cover).id.level < level && (history_ != nullptr || isSeen(cover));
-           cover = covering(node, place)) {
-        if (!split(cover, priority)) return false;
-      }
+           goesOn && cover >= 0 && at(cover).id.level < level && (history_ != nullptr || isSeen(cover));
+           cover = covering(node, place))
+        goesOn = split(cover, priority);
+      balanced = balanced && goesOn;  // what the others miss is asked for at once
     }
-    return true;
+    return balanced;
   }
 
   /// Children that leave their parent's surface up to its border need others of their level beyond it.
