@@ -252,10 +252,19 @@ TEST(QualityControl, aPauseChangesNothingButWhatCounts) {
   for (int i = 0; i < 20; ++i) {
     trial.rest(1.0);
     // Tiles of the full quality that the pause had brought fade out.
-    for (int frame = 0; frame < 3; ++frame)
+    for (int frame = 0; frame < 8; ++frame)
       trial.add({.cost_ms = 100.0});
     EXPECT_EQ(trial.quality(), quality);
+    trial.play(plant, 0.3);
+    EXPECT_EQ(trial.quality(), quality);
   }
+}
+
+TEST(QualityControl, triesNothingWithoutRoom) {
+  auto random = geo::seededGenerator();
+  Trial trial({}, random);
+  trial.play({.fixed_ms = 0.0, .ofQuality_ms = 34.5, .exponent = 0.3, .noise = 0.0, .spikes = 0.0}, 300.0);
+  EXPECT_EQ(trial.changesIn(300.0), 1);
 }
 
 TEST(QualityControl, keepsToItsRange) {
