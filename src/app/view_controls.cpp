@@ -138,7 +138,7 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::lower:
     case ViewKey::finer:
     case ViewKey::coarser:
-    case ViewKey::automaticQuality:
+    case ViewKey::automatic:
     case ViewKey::statistics:
       return false;
   }

@@ -35,7 +35,7 @@ enum class ViewKey {
   lower,
   finer,
   coarser,
-  automaticQuality,
+  automatic,
 };
 
 struct Modifiers {

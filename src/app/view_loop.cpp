@@ -175,7 +175,7 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::coarser:
       changeQuality(key == ViewKey::finer);
       break;
-    case ViewKey::automaticQuality:
+    case ViewKey::automatic:
       toggleAutomaticQuality();
       break;
     case ViewKey::statistics:

@@ -116,9 +116,9 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_COMMA, ViewKey::lower},
       {GLFW_KEY_S, ViewKey::statistics},
       {GLFW_KEY_F3, ViewKey::statistics},
-      {GLFW_KEY_RIGHT_BRACKET, ViewKey::finer},
+      {GLFW_KEY_A, ViewKey::automatic},
       {GLFW_KEY_LEFT_BRACKET, ViewKey::coarser},
-      {GLFW_KEY_A, ViewKey::automaticQuality},
+      {GLFW_KEY_RIGHT_BRACKET, ViewKey::finer},
   }};
   const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
   if (found == kKeys.end()) return std::nullopt;
