@@ -37,7 +37,7 @@ std::vector<Figure> statisticsLines(const FrameFigures& f, bool automaticQuality
       {"beyond the horizon", fmt::format("{}", f.scene.tilesCulledHorizon)},
       {"tiles wanted", fmt::format("{}", f.scene.tilesWanted)},
       {"largest error", fmt::format("{:.2f} px", f.scene.maxScreenError_px)},
-      {"quality", fmt::format("{:.2g}{}", f.quality, automaticQuality ? ", automatic" : "")},
+      {"quality", fmt::format("{:.2f}{}", f.quality, automaticQuality ? ", automatic" : "")},
       {"triangles", fmt::format("{}", f.render.triangles)},
       {"draw calls", fmt::format("{}", f.render.drawCalls)},
       {"uploads", fmt::format("{}", f.render.uploads)},

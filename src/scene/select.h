@@ -16,7 +16,7 @@
 namespace tellurion::scene {
 
 struct CutOptions {
-  double tolerance_px = 1.0;  ///< geometric error on screen that needs no refinement, > 0
+  double tolerance_px = 1.0;       ///< geometric error on screen that needs no refinement, > 0
   double texelTolerance_px = 1.0;  ///< side of a texel on screen that needs no finer picture, > 0
   /// Spacing of a tile's samples on screen that needs no refinement, whatever the error; > 0. One sample or more for
   /// each square of that side.
