@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Repeats the known experiments, and compares meshes and tolerances: prints the tables of docs/measurements.md.
 #   bench/experiments.sh [PROGRAM] [PLOTS_DIR] [PART...]
-# PART: vertices, path, meshes, tolerances; all of them unless some are named. The plots of the 30 s path go into PLOTS_DIR
-# (build/experiments). All takes seven to twelve minutes.
+# PART: vertices, path, meshes, tolerances, automatic; all of them unless some are named. The plots of the 30 s path go into PLOTS_DIR
+# (build/experiments). All takes nine to fourteen minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 program=$(realpath "${1:-build/release/bin/tellurion}")
@@ -66,6 +66,7 @@ vertices() {
   done
 }
 
+# By --tolerance, as published: --quality would make texels as coarse.
 path() {
   printf '\nMars, elevation and picture, the 30 s path at three qualities (tolerance 1 px / quality), plots in %s:\n\n' "$plots"
   row quality 'tolerance, px' 'frame ms: 50%' '95%' '99%' most 'frames complete' 'triangles, most' 'tiles wanted, most' 'GPU, MiB'
@@ -116,12 +117,34 @@ tolerances() {
   done
 }
 
+# Frames that may take 33 ms, along both paths.
+automatic() {
+  printf '\nFull quality against automatic for 33 ms:\n\n'
+  row path quality 'frame ms: 50%' '95%' '99%' most 'quality, median' least frames 'triangles, most'
+  row --- --- --- --- --- --- --- --- --- ---
+  for flight in "earth everest_flight" "mars mars_zoom_pan_look"; do
+    for quality in 1 auto; do
+      "$program" bench "data/${flight% *}.toml" --path "data/${flight#* }.csv" --size "$size" --quality "$quality" \
+        --plot "$plots/${flight#* }_quality_$quality.svg" --json >"$work/automatic.json"
+      mapfile -t values < <(python3 - "$work/automatic.json" <<'PY'
+import json, sys
+s = json.load(open(sys.argv[1]))
+for name in ("frame_ms_p50", "frame_ms_p95", "frame_ms_p99", "frame_ms_max", "quality_p50", "quality_min"):
+    print(f"{s[name]:.3g}")
+print(s["frames"], s["triangles_max"], sep="\n")
+PY
+      )
+      row "${flight#* }" "$quality" "${values[@]}"
+    done
+  done
+}
+
 echo "machine: $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1); load $(cut -d' ' -f1 /proc/loadavg)"
 parts=("${@:3}")
-((${#parts[@]})) || parts=(vertices path meshes tolerances)
+((${#parts[@]})) || parts=(vertices path meshes tolerances automatic)
 for part in "${parts[@]}"; do
   case $part in
-    vertices | path | meshes | tolerances) "$part" ;;
+    vertices | path | meshes | tolerances | automatic) "$part" ;;
     *)
       echo "experiments.sh: there is no part '$part'" >&2
       exit 2

@@ -16,7 +16,7 @@ import xml.etree.ElementTree
 
 SKIPPED = 77
 SVG = "{http://www.w3.org/2000/svg}"
-CONTRACT = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "complete", "tiles_wanted",
+CONTRACT = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "quality", "complete", "tiles_wanted",
             "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
 
 
@@ -70,13 +70,13 @@ class Bench(unittest.TestCase):
         root = xml.etree.ElementTree.parse(plot).getroot()
         self.assertEqual(root.tag, SVG + "svg")
         words = [text.text for text in root.iter(SVG + "text")]
-        for wanted in ("Frame time", "Tiles wanted but missing", "Tiles drawn, by level", "Triangles", "GPU memory", "ms", "tiles",
-                       "thousands", "MiB", "seconds of the path", "whole frame", "level 0"):
+        for wanted in ("Frame time", "Quality", "Tiles wanted but missing", "Tiles drawn, by level", "Triangles", "GPU memory", "ms", "tiles",
+                       "thousands", "MiB", "1: full", "seconds of the path", "whole frame", "level 0"):
             self.assertIn(wanted, words)
         self.assertIn("heights & <more>.tdb", words[0])
         drawn_levels = sum(any(int(row[f"level_{level}"]) for row in rows) for level in range(32))
         self.assertEqual(len(list(root.iter(SVG + "polygon"))), drawn_levels)
-        self.assertEqual(len(list(root.iter(SVG + "polyline"))), 6)  # three times, missing tiles, triangles, memory
+        self.assertEqual(len(list(root.iter(SVG + "polyline"))), 7)  # three times, quality, missing tiles, triangles, memory
         width, height = float(root.get("width")), float(root.get("height"))
         for shape in [*root.iter(SVG + "polygon"), *root.iter(SVG + "polyline")]:
             points = [tuple(map(float, point.split(","))) for point in shape.get("points").split()]
@@ -106,6 +106,31 @@ class Bench(unittest.TestCase):
             before = stats["triangles"]
         self.assertGreater(before / 2, 1024 * 768)  # the picture is all ground, so half as many vertices as triangles
 
+    def test_quality_divides_the_tolerance(self):
+        plain, coarse, fine = self.stats(), self.stats("--quality", 0.1), self.stats("--quality", 4)
+        self.assertEqual([s["quality"] for s in (plain, coarse, fine)], [1, 0.1, 4])
+        self.assertLess(coarse["tiles_drawn"], plain["tiles_drawn"])
+        self.assertLess(plain["tiles_drawn"], fine["tiles_drawn"])
+        for stats, tolerance in ((coarse, 10), (plain, 1), (fine, 0.25)):
+            self.assertLessEqual(stats["max_screen_error_px"], tolerance)
+        counts = ("tiles_drawn", "triangles", "max_screen_error_px")
+        both = self.stats("--quality", 2, "--tolerance", 2)
+        self.assertEqual([both[c] for c in counts], [plain[c] for c in counts])
+        dense, denser = (self.stats("--vertices-per-pixel", v, *more) for v, more in ((0.2, ("--quality", 0.5)), (0.05, ())))
+        self.assertEqual([dense[c] for c in counts], [denser[c] for c in counts])
+
+    def test_automatic_quality(self):
+        frames = self.work / "automatic.csv"
+        slow = json.loads(self.bench("--quality", "auto", "--frame-ms", 1, "--stats", frames, "--json"))
+        self.assertLess(slow["quality_min"], 0.5)
+        self.assertLess(slow["quality_min"], slow["quality_p50"])
+        qualities = [float(row["quality"]) for row in csv.DictReader(frames.read_text().splitlines())]
+        self.assertEqual(qualities[0], 1)
+        self.assertEqual(min(qualities), slow["quality_min"])
+        self.assertEqual(qualities, sorted(qualities, reverse=True))  # even the floor is too slow
+        fast = json.loads(self.bench("--quality", "auto", "--frame-ms", 10000, "--json"))
+        self.assertEqual(fast["quality_min"], 1)
+
     def test_wrong_use(self):
         view = ("render", self.database, "--camera", "0,0,6e6,0,-90,0", "-o", self.work / "x.png")
         play = ("bench", self.database, "--path", self.path)
@@ -113,6 +138,12 @@ class Bench(unittest.TestCase):
                             ((*view, "--vertices-per-pixel", "nan"), "--vertices-per-pixel"),
                             ((*view, "--vertices-per-pixel", 0), "--vertices-per-pixel"),
                             ((*view, "--mesh", "skirts"), "--mesh"),
+                            ((*view, "--quality", 0), "1 is full quality"),
+                            ((*view, "--quality", "nan"), "1 is full quality"),
+                            ((*view, "--quality", "auto"), "bench and view"),
+                            ((*view, "--frame-ms", 20), "--frame-ms"),
+                            ((*play, "--quality", "best"), "'auto' or a number"),
+                            ((*play, "--frame-ms", 20), "--quality auto"),
                             ((*play, "--plot", self.work / "x.png"), ".svg"),
                             ((*play, "--plot", self.work / "x.svg", "--stats", self.work / "x.svg"), "the same file")):
             done = self.run_program(*words)
@@ -123,6 +154,7 @@ class Bench(unittest.TestCase):
             help_text = self.run_program(subcommand, "--help").stdout
             self.assertIn("--vertices-per-pixel", help_text)
             self.assertIn("--mesh", help_text)
+            self.assertIn("--quality", help_text)
 
 
 if __name__ == "__main__":

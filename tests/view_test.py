@@ -56,13 +56,13 @@ class Display:
 class Viewer:
     """The program with its window, and a hand on mouse and keyboard."""
 
-    def __init__(self, program, display, folder, scene, camera):
+    def __init__(self, program, display, folder, scene, camera, *more):
         self.environment = display.environment
         self.folder = folder
         self.output = open(os.path.join(folder, "stdout.txt"), "w+")
         self.errors = open(os.path.join(folder, "stderr.txt"), "w+")
         self.process = subprocess.Popen(
-            [program, "view", scene, "--camera", camera, "--size", f"{SIZE[0]}x{SIZE[1]}", "--fov", str(FOV_DEGREES)],
+            [program, "view", scene, "--camera", camera, "--size", f"{SIZE[0]}x{SIZE[1]}", "--fov", str(FOV_DEGREES), *more],
             cwd=folder, env=self.environment, stdout=self.output, stderr=self.errors)
         found = wait_for("the window", lambda: self.alive() and self.xdotool("search", "--onlyvisible", "--name", "Tellurion", check=False))
         self.window = found.split()[0]
@@ -386,6 +386,41 @@ def test_statistics(viewer):
     viewer.key("s")
 
 
+def test_quality_keys(viewer):
+    """Each of the keys [ and ] changes the picture, and the other one changes it back."""
+    viewer.key("Home")
+    plain = settled_picture(viewer)
+    for there, back in (("bracketleft", "bracketright"), ("bracketright", "bracketleft")):
+        viewer.xdotool("key", *[there] * 4)
+        assert settled_picture(viewer) != plain, f"{there} changes nothing"
+        viewer.xdotool("key", *[back] * 4)
+        assert settled_picture(viewer) == plain, f"{back} does not lead back"
+
+
+def test_automatic_quality(program, display, folder, scene, start):
+    """Where no frame is fast enough, pictures are coarse while the eye moves and as ever when it stands; not so with A."""
+    viewer = Viewer(program, display, folder, scene, ",".join(map(str, start)), "--frame-ms", "1")
+
+    def while_moving():
+        """To move the eye to where it is counts as moving, and leaves the view the same."""
+        before = len(re.findall("^screenshot: ", viewer.text(viewer.errors), re.M))
+        viewer.xdotool("key", "--delay", 50, *["Home"] * 60, "F12")
+        paths = wait_for("the screenshot", lambda: viewer.alive() and re.findall("^screenshot: (.*)", viewer.text(viewer.errors), re.M)[before:])
+        return picture(paths[-1])[2]
+
+    try:
+        plain = settled_picture(viewer)
+        assert while_moving() != plain, "full quality while moving"
+        assert settled_picture(viewer) == plain, "not full quality at rest"
+        wait_for("a program that sleeps when nothing happens", viewer.idle)
+        viewer.key("a")
+        assert while_moving() == plain, "less than full quality though it is not automatic"
+        viewer.key("a")
+        assert while_moving() != plain, "automatic again, and full quality while moving"
+    finally:
+        viewer.end()
+
+
 def test_quit(viewer):
     viewer.key("q")
     assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
@@ -411,7 +446,7 @@ def test_without_display(program, scene):
 
 
 def test_wrong_use(program, scene):
-    for wrong in (["--size", "large"], ["--camera", "1,2"], ["--fov", "0"]):
+    for wrong in (["--size", "large"], ["--camera", "1,2"], ["--fov", "0"], ["--quality", "0"], ["--quality", "best"], ["--frame-ms", "0"]):
         done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=60)
         assert done.returncode == 2, (wrong, done.returncode, done.stderr)
 
@@ -429,8 +464,9 @@ def run_all(program, source, folder):
                  lambda: test_wheel(viewer), lambda: test_look(viewer), lambda: test_orbit(viewer),
                  lambda: test_reset_and_north(viewer, start), lambda: test_terrain_is_never_entered(viewer, program),
                  lambda: test_resize(viewer), lambda: test_help(viewer), lambda: test_debug_views(viewer), lambda: test_frozen_cut(viewer),
-                 lambda: test_statistics(viewer), lambda: test_quit(viewer)]
+                 lambda: test_statistics(viewer), lambda: test_quality_keys(viewer), lambda: test_quit(viewer)]
         steps.append(lambda: test_low_start(program, display, folder, scene))
+        steps.append(lambda: test_automatic_quality(program, display, folder, scene, start))
         steps.append(lambda: test_sigterm_closes_the_window(program, display, folder, scene, start))
         for step in steps:
             began = time.monotonic()

@@ -40,6 +40,8 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
   using Clock = std::chrono::steady_clock;
   std::vector<FrameFigures> frames;
   ProgressLine line("playing");
+  scene::QualityControl control({.frame_ms = picture.frame_ms});
+  double quality = picture.quality;
   const auto start = Clock::now();
   const auto goesOn = [&](scene::CameraPath::Seconds now) {
     return frames.empty() || (now <= path.duration() && !stop.stop_requested());
@@ -47,17 +49,20 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
   for (scene::CameraPath::Seconds now{}; goesOn(now); now = Clock::now() - start) {
     const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
                                            picture.verticalFov(), picture.viewport());
-    scene::CutOptions cut = picture.cut();
+    scene::CutOptions cut = scene::atQuality(picture.cut(), quality);
     cut.time_s = now.count();
     frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut)));
     frames.back().time_s = now.count();
+    frames.back().quality = quality;
+    const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
+    if (picture.automaticQuality) quality = control.next(costOf(frames.back(), done_s));
     line.show(static_cast<std::uint64_t>(now.count() * 1000),
               static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");
   }
   return frames;
 }
 
-std::vector<double> sortedMilliseconds(const std::vector<FrameFigures>& frames, double (*of)(const FrameFigures&)) {
+std::vector<double> sorted(const std::vector<FrameFigures>& frames, double (*of)(const FrameFigures&)) {
   std::vector<double> all;
   for (const FrameFigures& frame : frames)
     all.push_back(of(frame));
@@ -71,9 +76,9 @@ double frameMilliseconds(const FrameFigures& frame) {
 
 nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const scene::CameraPath& path,
                                  bool wasStopped) {
-  const std::vector<double> frame_ms = sortedMilliseconds(frames, frameMilliseconds);
-  const std::vector<double> update_ms =
-      sortedMilliseconds(frames, [](const FrameFigures& f) { return f.scene.update_ms; });
+  const std::vector<double> frame_ms = sorted(frames, frameMilliseconds);
+  const std::vector<double> update_ms = sorted(frames, [](const FrameFigures& f) { return f.scene.update_ms; });
+  const std::vector<double> quality = sorted(frames, [](const FrameFigures& f) { return f.quality; });
   const auto most = [&](auto of) { return of(*std::ranges::max_element(frames, {}, of)); };
   nlohmann::ordered_json summary{{"frames", frames.size()},
                                  {"stopped", wasStopped},
@@ -85,6 +90,8 @@ nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const 
   for (const double percent : kPercentiles)
     summary[percent == 100.0 ? "update_ms_max" : fmt::format("update_ms_p{:.0f}", percent)] =
         percentile(update_ms, percent);
+  summary["quality_p50"] = percentile(quality, 50.0);
+  summary["quality_min"] = quality.front();
   summary["frames_complete"] = std::ranges::count(frames, true, &FrameFigures::complete);
   summary["triangles_max"] = most([](const FrameFigures& f) { return f.render.triangles; });
   summary["tiles_drawn_max"] = most([](const FrameFigures& f) { return f.render.tilesDrawn; });
@@ -130,9 +137,11 @@ io::Result<void> writeFigures(const Arguments& arguments, const std::vector<Fram
                                  ? fmt::format("{} vertices a pixel", picture.verticesPerPixel)
                                  : fmt::format("tolerance {} px", picture.tolerance_px);
   const std::string title = fmt::format("{} along {}", picture.scene, arguments.path);
+  const std::string quality = picture.automaticQuality ? fmt::format("automatic quality for {} ms", picture.frame_ms)
+                                                       : fmt::format("quality {}", picture.quality);
   const std::string subtitle =
-      fmt::format("{}, {}, {} mesh; {} frames, {:.1f} ms in the median", picture.size, detail, picture.mesh,
-                  frames.size(), percentile(sortedMilliseconds(frames, frameMilliseconds), 50.0));
+      fmt::format("{}, {}, {}, {} mesh; {} frames, {:.1f} ms in the median", picture.size, detail, quality,
+                  picture.mesh, frames.size(), percentile(sorted(frames, frameMilliseconds), 50.0));
   return writeTextFile(arguments.plot, benchPlot(title, subtitle, frames));
 }
 
@@ -160,20 +169,23 @@ io::Result<void> bench(const Arguments& arguments) {
 void addBench(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("bench", "Play a camera path in real time and measure the frames");
-  addPictureArguments(*command, arguments->picture);
+  addPictureArguments(*command, arguments->picture, Pace::realTime);
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);
   command->add_option("--stats", arguments->stats, "A CSV file with a row of figures for each frame to write");
-  command->add_option("--plot", arguments->plot,
-                      "An SVG to write: frame time, missing tiles, tiles a level, triangles and GPU memory over time");
+  command->add_option(
+      "--plot", arguments->plot,
+      "An SVG to write: frame time, quality, missing tiles, tiles a level, triangles and GPU memory over time");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n"
       "Ctrl-C or SIGTERM ends it early: the summary is of the frames until then, and says stopped.\n\n"
       "Example, once ./bootstrap demo has made the tile databases:\n  tellurion bench data/earth.toml --path "
       "data/everest_flight.csv --size 1024x768 --stats frames.csv --plot frames.svg");
-  command->callback([arguments] {
+  command->callback([arguments, command] {
+    if (command->count("--frame-ms") > 0 && !arguments->picture.automaticQuality)
+      wrongUse("bench", "--frame-ms is what --quality auto holds; give that too, or leave --frame-ms out");
     if (const auto done = bench(*arguments); !done) failRun("bench", io::describe(done.error()));
   });
 }

@@ -41,6 +41,9 @@ std::string benchPlot(const std::string& title, const std::string& subtitle, con
        .series = {seriesOf("whole frame", frames, [](const FrameFigures& f) { return f.frame_ms; }),
                   seriesOf("update", frames, [](const FrameFigures& f) { return f.scene.update_ms; }),
                   seriesOf("uploads", frames, [](const FrameFigures& f) { return f.render.upload_ms; })}});
+  page.panels.push_back({.title = "Quality", .unit = "1: full", .series = one("quality", [](const FrameFigures& f) {
+                                                                  return f.quality;
+                                                                })});
   page.panels.push_back({.title = "Tiles wanted but missing",
                          .unit = "tiles",
                          .series = one("wanted", [](const FrameFigures& f) { return f.scene.tilesWanted; })});

@@ -146,8 +146,8 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
     const scene::View view =
         scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
-    const scene::Frame& frame =
-        settledFrame(globe, view, arguments.picture.cut(), std::chrono::duration<double>(arguments.timeout_s), stop);
+    const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cutAtQuality(),
+                                             std::chrono::duration<double>(arguments.timeout_s), stop);
     if (stop.stop_requested())
       return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));
     // A flight is the same on every run or it fails: a frame that is not whole ends it.
@@ -201,7 +201,7 @@ io::Result<void> fly(const Arguments& arguments) {
 void addFly(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("fly", "Render the frames of a camera path, each complete");
-  addPictureArguments(*command, arguments->picture);
+  addPictureArguments(*command, arguments->picture, Pace::eachComplete);
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);

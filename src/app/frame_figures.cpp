@@ -22,6 +22,7 @@ Json fieldsOf(const FrameFigures& f) {
           {"triangles", f.render.triangles},
           {"draw_calls", f.render.drawCalls},
           {"max_screen_error_px", f.scene.maxScreenError_px},
+          {"quality", f.quality},
           {"complete", f.complete},
           {"tiles_wanted", f.scene.tilesWanted},
           {"tiles_visited", f.scene.tilesVisited},
@@ -58,6 +59,15 @@ FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget
           .scene = frame.statistics,
           .render = drawn,
           .complete = frame.complete && frame.statistics.failedRequests == 0};
+}
+
+scene::FrameCost costOf(const FrameFigures& figures, double time_s) {
+  constexpr double kMuchUploading = 0.25;
+  constexpr int kHardlyMissing = 20;  // one in so many
+  return {.time_s = time_s,
+          .cost_ms = figures.frame_ms,
+          .isRepresentative = figures.render.upload_ms < kMuchUploading * figures.frame_ms,
+          .isWhole = kHardlyMissing * figures.scene.tilesWanted <= static_cast<int>(figures.render.tilesDrawn)};
 }
 
 std::string jsonOf(const FrameFigures& figures) {

@@ -6,6 +6,7 @@
 #include "io/failure.h"
 #include "render/renderer.h"
 #include "scene/frame.h"
+#include "scene/quality_control.h"
 
 namespace tellurion::app {
 
@@ -16,10 +17,14 @@ struct FrameFigures {
   scene::FrameStatistics scene;
   render::RenderStatistics render;
   bool complete = false;
+  double quality = 1.0;  ///< in force, told by who made the frame
 };
 
 /// Updates are timed by the globe, drawing here; the GPU has finished when this returns.
 FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget& target, const scene::Frame& frame);
+
+/// What automatic quality hears of a frame that was done at time_s.
+scene::FrameCost costOf(const FrameFigures& figures, double time_s);
 
 std::string jsonOf(const FrameFigures& figures);
 std::string csvHeader();

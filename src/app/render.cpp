@@ -62,7 +62,9 @@ io::Result<void> writeDepth(const Arguments& arguments, const Studio& studio, co
 /// again.
 io::Result<void> writeStats(const Arguments& arguments, Studio& studio, const scene::Frame& frame) {
   if (arguments.stats.empty()) return {};
-  return writeTextFile(arguments.stats, jsonOf(drawMeasured(studio.renderer, studio.target, frame)));
+  FrameFigures figures = drawMeasured(studio.renderer, studio.target, frame);
+  figures.quality = arguments.picture.quality;
+  return writeTextFile(arguments.stats, jsonOf(figures));
 }
 
 io::Result<std::vector<std::string>> render(const Arguments& arguments) {
@@ -74,7 +76,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
     return tl::unexpected(shown.error());
   scene::Globe& globe = *studio->globe;
   const scene::View view = viewFor(arguments, globe.body().ellipsoid);
-  const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cut(),
+  const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cutAtQuality(),
                                            std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
   if (interrupt.token().stop_requested())
     return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
@@ -93,7 +95,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
 void addRender(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("render", "Render one complete picture, without a display");
-  addPictureArguments(*command, arguments->picture);
+  addPictureArguments(*command, arguments->picture, Pace::eachComplete);
   command
       ->add_option(
           "--camera", arguments->camera,

@@ -11,6 +11,7 @@
 
 #include "app/output_names.h"
 #include "app/progress.h"
+#include "scene/quality_control.h"
 
 namespace tellurion::app {
 namespace {
@@ -55,6 +56,46 @@ std::string colourProblem(const std::string& text) {
   return colourFrom(text) ? "" : fmt::format("'{}' is not a colour RRGGBB in hexadecimal, like 101820", text);
 }
 
+/// CLI11's own range lets NaN through.
+bool isNumberIn(const std::string& text, double low, double high) {
+  double value = 0.0;
+  return CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+}
+
+constexpr double kLeastQuality = 0.01;
+constexpr double kMostQuality = 100.0;
+constexpr const char* kAutomatic = "auto";
+
+std::string qualityProblem(const std::string& text, Pace pace) {
+  if (isNumberIn(text, kLeastQuality, kMostQuality) || (text == kAutomatic && pace == Pace::realTime)) return "";
+  const std::string number = fmt::format("a number from {} to {}", kLeastQuality, kMostQuality);
+  if (text == kAutomatic)
+    return fmt::format("'auto' is for bench and view; here each picture is waited for: give {}", number);
+  return fmt::format("'{}' is not {}{}; 1 is full quality, 0.5 allows twice the tolerance", text,
+                     pace == Pace::realTime ? "'auto' or " : "", number);
+}
+
+void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
+  const auto take = [&arguments](const std::string& text) {
+    arguments.automaticQuality = text == kAutomatic;
+    if (!arguments.automaticQuality) CLI::detail::lexical_cast(text, arguments.quality);
+  };
+  const std::string range = fmt::format("{} to {}", kLeastQuality, kMostQuality);
+  const std::string what =
+      "Divides --tolerance (or the spacing of --vertices-per-pixel); below 1 texels may be larger than a pixel too";
+  const bool mayBeAutomatic = pace == Pace::realTime;
+  command
+      .add_option_function<std::string>(
+          "--quality", take, what + (mayBeAutomatic ? ". auto lowers it while frames take longer than --frame-ms" : ""))
+      ->check(CLI::Validator([pace](const std::string& text) { return qualityProblem(text, pace); },
+                             mayBeAutomatic ? "auto, " + range : range))
+      ->default_str(arguments.automaticQuality ? kAutomatic : "1");
+  if (!mayBeAutomatic) return;
+  command.add_option("--frame-ms", arguments.frame_ms, "Milliseconds that a frame may take with --quality auto")
+      ->check(between(1.0, 10000.0))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 scene::CutOptions PictureArguments::cut() const {
@@ -68,11 +109,15 @@ scene::CutOptions PictureArguments::cut() const {
   return cut;
 }
 
+scene::CutOptions PictureArguments::cutAtQuality() const {
+  return scene::atQuality(cut(), quality);
+}
+
 scene::Viewport PictureArguments::viewport() const {
   return sizeFrom(size).value_or(scene::Viewport{});
 }
 
-void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
+void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace) {
   command.add_option("SCENE", arguments.scene, "A scene file, a tile database, a raster, or several joined by commas")
       ->required()
       ->check(sceneProblem);
@@ -92,6 +137,7 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
                   "(docs/selection.md)")
       ->check(between(0.0001, 16.0))
       ->excludes(tolerance);
+  addQuality(command, arguments, pace);
   command
       .add_option("--mesh", arguments.mesh,
                   "A tile's triangles: 'bisected' has those that its error needs, 'regular' its whole grid, to compare")
@@ -121,10 +167,9 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments) {
 }
 
 CLI::Validator between(double low, double high) {
-  const auto problem = [low, high](std::string& text) {
-    double value = 0.0;
-    const bool fine = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-    return fine ? std::string() : fmt::format("'{}' is not a number from {} to {}", text, low, high);
+  const auto problem = [low, high](const std::string& text) {
+    return isNumberIn(text, low, high) ? std::string()
+                                       : fmt::format("'{}' is not a number from {} to {}", text, low, high);
   };
   return {problem, fmt::format("{} to {}", low, high)};
 }
@@ -194,7 +239,7 @@ void warnOfBudget(const char* command, const PictureArguments& arguments, const 
   if (arguments.maxMebibytes > 0) budget += fmt::format(" or {} MiB (--max-mib)", arguments.maxMebibytes);
   fmt::print(stderr,
              "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
-             "off; raise them, raise --tolerance, lower --vertices-per-pixel or make the picture smaller\n",
+             "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
              command, budget, frame.statistics.maxScreenError_px);
 }
 

@@ -20,6 +20,9 @@ struct PictureArguments {
   double fov_degrees = 45.0;
   double tolerance_px = 1.0;
   double verticesPerPixel = 0.0;  ///< instead of the tolerance; 0: the tolerance counts
+  double quality = 1.0;           ///< divides what may be off in pixels (scene::atQuality)
+  bool automaticQuality = false;  ///< it may be lowered to hold frame_ms
+  double frame_ms = 33.0;         ///< what a frame may take then
   std::string mesh = "bisected";  ///< or "regular"
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
@@ -28,14 +31,20 @@ struct PictureArguments {
   std::int64_t maxTriangles = 0;  ///< 0: any number
   int maxMebibytes = 0;           ///< likewise
 
-  scene::CutOptions cut() const;
+  scene::CutOptions cut() const;           ///< at quality 1
+  scene::CutOptions cutAtQuality() const;  ///< at the quality that was asked for
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration, --no-morph and the
-/// budgets, checked as they are read: what is wrong is wrong use.
-void addPictureArguments(CLI::App& command, PictureArguments& arguments);
+enum class Pace {
+  eachComplete,  ///< a picture waits for what it needs
+  realTime,      ///< `--quality auto` and --frame-ms have a meaning
+};
+
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
+/// --no-morph and the budgets, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
+void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
 
 /// A check for an option that holds a number; CLI11's own range lets NaN through.
 CLI::Validator between(double low, double high);

@@ -14,7 +14,7 @@ namespace tellurion::app {
 namespace {
 
 struct ViewArguments {
-  PictureArguments picture{.size = "1280x800"};
+  PictureArguments picture{.size = "1280x800", .automaticQuality = true};
   std::string camera;
 };
 
@@ -31,6 +31,10 @@ scene::View startView(const ViewArguments& arguments, const scene::Scene& scene)
                        arguments.picture.viewport());
 }
 
+ViewQuality qualityFrom(const PictureArguments& picture) {
+  return {.full = picture.quality, .isAutomatic = picture.automaticQuality, .frame_ms = picture.frame_ms};
+}
+
 io::Result<void> view(const ViewArguments& arguments) {
   const auto scene = scene::openScene(arguments.picture.scene);
   if (!scene) return tl::unexpected(scene.error());
@@ -43,7 +47,7 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (!renderer) return tl::unexpected(renderer.error());
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
-                  startView(arguments, *scene), arguments.picture.cut())
+                  startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture))
       .run();
 }
 
@@ -52,7 +56,7 @@ io::Result<void> view(const ViewArguments& arguments) {
 void addView(CLI::App& program) {
   auto arguments = std::make_shared<ViewArguments>();
   CLI::App* command = program.add_subcommand("view", "Opens an interactive window on a scene (docs/viewer.md)");
-  addPictureArguments(*command, arguments->picture);
+  addPictureArguments(*command, arguments->picture, Pace::realTime);
   command
       ->add_option("--camera", arguments->camera,
                    "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres, of which the last ones may be left out "

@@ -136,6 +136,9 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::freeze:
     case ViewKey::higher:
     case ViewKey::lower:
+    case ViewKey::finer:
+    case ViewKey::coarser:
+    case ViewKey::automatic:
     case ViewKey::statistics:
       return false;
   }

@@ -33,6 +33,9 @@ enum class ViewKey {
   statistics,
   higher,
   lower,
+  finer,
+  coarser,
+  automatic,
 };
 
 struct Modifiers {

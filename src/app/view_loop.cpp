@@ -21,7 +21,9 @@ constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
 constexpr double kArrivalsGap_ms = 50.0;
-constexpr double kLongestStep_s = 0.05;  ///< of the clock by which late data fade in
+/// Of the clock by which late data fade in, beyond what the last picture took.
+constexpr double kLongestStep_s = 0.05;
+constexpr std::chrono::milliseconds kRest{300};  ///< the eye stands when it has not moved for so long
 constexpr int kMostRaises = 4;
 constexpr int kMostScreenshots = 100000;
 
@@ -36,9 +38,12 @@ std::string place(const geo::Geodetic& g) {
                      lon < 0 ? 'W' : 'E');
 }
 
-/// Nothing more will come: all is there, or the budget of tiles is spent.
-bool isSettled(const scene::Frame& frame) {
-  return frame.statistics.tilesWanted == 0;
+/// The value next to this one; itself at the ends.
+template <std::size_t N>
+double steppedFrom(double value, bool up, const std::array<double, N>& steps) {
+  const auto* next = up ? std::ranges::upper_bound(steps, value) : std::ranges::lower_bound(steps, value);
+  if (up) return next != steps.end() ? *next : value;
+  return next != steps.begin() ? *(next - 1) : value;
 }
 
 bool isEmpty(scene::Viewport size) {
@@ -48,7 +53,8 @@ bool isEmpty(scene::Viewport size) {
 }  // namespace
 
 ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
-                   render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut)
+                   render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut,
+                   const ViewQuality& quality)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
@@ -56,7 +62,11 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       renderer_(std::move(renderer)),
       ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
       controls_(start),
-      cut_(cut) {}
+      cut_(cut),
+      quality_(quality),
+      control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}) {
+  figures_.quality = quality.full;
+}
 
 io::Result<void> ViewLoop::run() {
   window_.setTitle("(loading) " + title_);
@@ -80,14 +90,23 @@ io::Result<void> ViewLoop::run() {
 // the time, so that loading goes on at its own pace where the processor draws as well.
 bool ViewLoop::pictureDue() const {
   const auto gap = std::chrono::duration<double, std::milli>(std::max(kArrivalsGap_ms, 3.0 * frame_ms_));
-  return pictureStale_ || (arrivalsSeen_ && (complete_ || Clock::now() - lastDrawn_ >= gap));
+  return pictureStale_ || figures_.quality != qualityInForce() ||
+         (arrivalsSeen_ && (complete_ || Clock::now() - lastDrawn_ >= gap));
+}
+
+bool ViewLoop::isMoving() const {
+  return Clock::now() - lastMoved_ < kRest;
+}
+
+double ViewLoop::qualityInForce() const {
+  return quality_.isAutomatic && isMoving() ? control_.quality() : quality_.full;
 }
 
 // Without anything loading, and no notice to take away, the program sleeps until its window hears something.
 void ViewLoop::waitForWork() {
   std::optional<std::chrono::milliseconds> atMost;
   const auto waitUpTo = [&atMost](std::chrono::milliseconds time) { atMost = atMost ? std::min(*atMost, time) : time; };
-  if (!complete_ || arrivalsSeen_) waitUpTo(kPolling);
+  if (!complete_ || arrivalsSeen_) waitUpTo(kPolling);  // a picture of less than full quality is not complete
   if (noticeDrawn_) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(noticeUntil_ - Clock::now());
     waitUpTo(std::max(left, std::chrono::milliseconds(1)));
@@ -95,7 +114,7 @@ void ViewLoop::waitForWork() {
   if ((pictureDue() || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
   window_.wait(atMost);
   if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) {
-    setComplete(isSettled(frameAboveGround()));
+    tellComplete(frameAboveGround());
     arrivalsSeen_ = true;
   }
   if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
@@ -105,7 +124,10 @@ void ViewLoop::handle(const InputEvent& event) {
   if (const auto* cursor = std::get_if<CursorMoved>(&event)) cursor_ = cursor->at;
   if (std::holds_alternative<CursorLeft>(event)) cursor_.reset();
   if (const auto* key = std::get_if<KeyPressed>(&event)) handleKey(key->key);
-  if (controls_.handle(event, ground_)) pictureStale_ = true;
+  if (controls_.handle(event, ground_)) {
+    pictureStale_ = true;
+    lastMoved_ = Clock::now();
+  }
   panelsStale_ = true;
 }
 
@@ -149,6 +171,13 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::lower:
       exaggerate(key == ViewKey::higher);
       break;
+    case ViewKey::finer:
+    case ViewKey::coarser:
+      changeQuality(key == ViewKey::finer);
+      break;
+    case ViewKey::automatic:
+      toggleAutomaticQuality();
+      break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
       break;
@@ -177,7 +206,8 @@ void ViewLoop::adjustToWindow() {
 // the eye stays above both. Raised, it sees another frame, so this is done again.
 const scene::Frame& ViewLoop::frameAboveGround() {
   controls_.keepAboveGround(ground_);
-  const scene::Frame* frame = &globe_.update(controls_.view(), cut_);
+  const scene::CutOptions cut = scene::atQuality(cut_, figures_.quality);
+  const scene::Frame* frame = &globe_.update(controls_.view(), cut);
   const scene::Ground seen{ground_.ellipsoid, [&](const geo::Direction& d) {
                              const auto known_m = globe_.groundHeight_m(d);
                              const auto drawn_m = scene::drawnHeight_m(*frame, tiling_, ground_.ellipsoid, d);
@@ -187,7 +217,7 @@ const scene::Frame& ViewLoop::frameAboveGround() {
     const geo::BodyPosition before = controls_.view().eye;
     controls_.keepAboveGround(seen);
     if (controls_.view().eye == before) break;
-    frame = &globe_.update(controls_.view(), cut_);
+    frame = &globe_.update(controls_.view(), cut);
   }
   return *frame;
 }
@@ -200,13 +230,20 @@ io::Result<void> ViewLoop::drawPicture() {
   }
   const auto begin = Clock::now();
   // A clock that stands while nothing is drawn: what comes after a rest fades in like everything else.
-  const double since_s = std::chrono::duration<double>(begin - lastDrawn_).count();
-  cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s);
+  const double since_s = std::chrono::duration<double>(begin - lastBegun_).count();
+  cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_);
+  lastBegun_ = begin;
+  const bool isControlled = quality_.isAutomatic && isMoving();
+  const double quality = isControlled ? control_.quality() : quality_.full;
+  figures_.quality = quality;
   const scene::Frame& frame = frameAboveGround();
   figures_ = drawMeasured(renderer_, *target_, frame);
-  frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-  setComplete(isSettled(frame));
+  figures_.quality = quality;
   lastDrawn_ = Clock::now();
+  frame_ms_ = std::chrono::duration<double, std::milli>(lastDrawn_ - begin).count();
+  if (isControlled)
+    control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
+  tellComplete(frame);
   pictureStale_ = frame.morphing;
   arrivalsSeen_ = false;
   panelsStale_ = true;
@@ -214,7 +251,9 @@ io::Result<void> ViewLoop::drawPicture() {
   return {};
 }
 
-void ViewLoop::setComplete(bool complete) {
+/// Whether nothing more will come: all is there, or the budget of tiles is spent, at full quality.
+void ViewLoop::tellComplete(const scene::Frame& frame) {
+  const bool complete = frame.statistics.tilesWanted == 0 && figures_.quality == quality_.full;
   if (complete != complete_) window_.setTitle(complete ? title_ : "(loading) " + title_);
   complete_ = complete;
 }
@@ -225,7 +264,7 @@ void ViewLoop::drawPanels() {
   drawStatusLine(statusParts(), statusRight());
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
-  if (statisticsShown_) drawStatistics(statisticsLines(figures_));
+  if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();
@@ -255,7 +294,8 @@ std::vector<std::string> ViewLoop::statusParts() const {
 
 std::string ViewLoop::statusRight() const {
   std::string text = fmt::format("{:.0f} ms", frame_ms_);
-  if (!complete_) text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted) + text;
+  if (!complete_ && figures_.scene.tilesWanted > 0)
+    text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
@@ -286,15 +326,23 @@ void ViewLoop::toggleFrozenCut() {
 void ViewLoop::exaggerate(bool more) {
   constexpr std::array kSteps{0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0};
   double& exaggeration = globe_.exaggeration();
-  if (more) {
-    const auto* next = std::ranges::upper_bound(kSteps, exaggeration);
-    if (next != kSteps.end()) exaggeration = *next;
-  } else {
-    const auto* next = std::ranges::lower_bound(kSteps, exaggeration);
-    if (next != kSteps.begin()) exaggeration = *(next - 1);
-  }
+  exaggeration = steppedFrom(exaggeration, more, kSteps);
   notify(fmt::format("heights are drawn {} times as high", exaggeration));
   pictureStale_ = true;
+}
+
+void ViewLoop::changeQuality(bool finer) {
+  constexpr std::array kSteps{0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0};
+  quality_.full = steppedFrom(quality_.full, finer, kSteps);
+  control_.setGoal({.frame_ms = quality_.frame_ms, .ceiling = quality_.full});
+  notify(fmt::format("quality {}{}", quality_.full, quality_.isAutomatic ? " at rest" : ""));
+}
+
+void ViewLoop::toggleAutomaticQuality() {
+  quality_.isAutomatic = !quality_.isAutomatic;
+  notify(quality_.isAutomatic
+             ? fmt::format("automatic: quality falls while moving, where frames take over {} ms", quality_.frame_ms)
+             : fmt::format("quality stays at {}", quality_.full));
 }
 
 // One line that --camera takes, exact to a tenth of a millimetre on Earth.

@@ -8,15 +8,23 @@
 #include "app/view_window.h"
 #include "render/renderer.h"
 #include "scene/globe.h"
+#include "scene/quality_control.h"
 
 namespace tellurion::app {
+
+/// How good pictures are (scene::atQuality).
+struct ViewQuality {
+  double full = 1.0;         ///< of a picture that stands
+  bool isAutomatic = false;  ///< while the eye moves it may be lower, so that frames keep to frame_ms
+  double frame_ms = 33.0;
+};
 
 /// The viewer while its window is open: hands input to the controls, draws when something has changed, sleeps else.
 /// Main thread only. Window and globe must outlive it.
 class ViewLoop {
  public:
   ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
-           const scene::View& start, const scene::CutOptions& cut);
+           const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality);
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
@@ -25,6 +33,8 @@ class ViewLoop {
   using Clock = std::chrono::steady_clock;
 
   bool pictureDue() const;
+  bool isMoving() const;
+  double qualityInForce() const;
   void waitForWork();
   void handle(const InputEvent& event);
   void handleKey(ViewKey key);
@@ -32,10 +42,12 @@ class ViewLoop {
   io::Result<void> drawPicture();
   const scene::Frame& frameAboveGround();
   void drawPanels();
-  void setComplete(bool complete);
+  void tellComplete(const scene::Frame& frame);
   void toggleDebugView(scene::DebugView view);
   void toggleFrozenCut();
   void exaggerate(bool more);
+  void changeQuality(bool finer);
+  void toggleAutomaticQuality();
   bool readyForDebugViews();
   void printCamera();
   void saveScreenshot();
@@ -52,7 +64,9 @@ class ViewLoop {
   render::Renderer renderer_;
   scene::Ground ground_;
   ViewControls controls_;
-  scene::CutOptions cut_;
+  scene::CutOptions cut_;  ///< at quality 1
+  ViewQuality quality_;
+  scene::QualityControl control_;
   std::optional<render::RenderTarget> target_;
   std::optional<scene::PixelPosition> cursor_;
   bool pictureStale_ = true;   ///< the planet must be drawn again
@@ -70,6 +84,8 @@ class ViewLoop {
   bool noticeDrawn_ = false;
   Clock::time_point noticeUntil_{};
   Clock::time_point lastDrawn_{};
+  Clock::time_point lastBegun_{};  ///< when the last picture was begun
+  Clock::time_point lastMoved_{};  ///< when the hand last moved the eye
 };
 
 }  // namespace tellurion::app

@@ -31,6 +31,8 @@ constexpr std::array kControls{
     Control{"R, Home", "back to the first view"},
     Control{"L", "light on or off"},
     Control{". and ,", "draw heights higher or lower"},
+    Control{"] and [", "finer or coarser pictures"},
+    Control{"A", "coarser while moving, to keep up, or not"},
     Control{"C, P", "print the camera for --camera, and copy it"},
     Control{"F12", "save the picture as PNG"},
     Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},

@@ -28,7 +28,7 @@ std::string levels(const scene::FrameStatistics& statistics) {
 
 }  // namespace
 
-std::vector<Figure> statisticsLines(const FrameFigures& f) {
+std::vector<Figure> statisticsLines(const FrameFigures& f, bool automaticQuality) {
   return {
       {"tiles drawn", fmt::format("{}", f.render.tilesDrawn)},
       {"levels", levels(f.scene)},
@@ -37,6 +37,7 @@ std::vector<Figure> statisticsLines(const FrameFigures& f) {
       {"beyond the horizon", fmt::format("{}", f.scene.tilesCulledHorizon)},
       {"tiles wanted", fmt::format("{}", f.scene.tilesWanted)},
       {"largest error", fmt::format("{:.2f} px", f.scene.maxScreenError_px)},
+      {"quality", fmt::format("{:.2f}{}", f.quality, automaticQuality ? ", automatic" : "")},
       {"triangles", fmt::format("{}", f.render.triangles)},
       {"draw calls", fmt::format("{}", f.render.drawCalls)},
       {"uploads", fmt::format("{}", f.render.uploads)},

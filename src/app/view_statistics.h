@@ -8,6 +8,6 @@
 namespace tellurion::app {
 
 /// What the window's statistics tell of a frame, a line each.
-std::vector<Figure> statisticsLines(const FrameFigures& figures);
+std::vector<Figure> statisticsLines(const FrameFigures& figures, bool automaticQuality);
 
 }  // namespace tellurion::app

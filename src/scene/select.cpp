@@ -239,8 +239,8 @@ class Cut {
     node.texel_px = pixelsAcross(node.facts->texel_m, node.distance_m, pixelAngle_);
     node.spacing_px = pixelsAcross(node.facts->spacing_m, node.distance_m, pixelAngle_);
     if (!node.facts->drawable) return;
-    node.need =
-        std::max({node.error_px / options_.tolerance_px, node.texel_px, node.spacing_px / options_.maxSpacing_px});
+    node.need = std::max({node.error_px / options_.tolerance_px, node.texel_px / options_.texelTolerance_px,
+                          node.spacing_px / options_.maxSpacing_px});
   }
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
@@ -376,7 +376,7 @@ class Cut {
     const double own_px =
         parent.facts->error_m > 0.0 ? parent.error_px * (node.facts->error_m / parent.facts->error_m) : parent.error_px;
     const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
-    const double texture = share(parent.texel_px, 0.5 * parent.texel_px, 1.0);
+    const double texture = share(parent.texel_px, 0.5 * parent.texel_px, options_.texelTolerance_px);
     const double samples = share(parent.spacing_px, 0.5 * parent.spacing_px, options_.maxSpacing_px);
     return static_cast<float>(std::max({geometry, texture, samples}));
   }

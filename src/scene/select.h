@@ -18,7 +18,8 @@
 namespace tellurion::scene {
 
 struct CutOptions {
-  double tolerance_px = 1.0;  ///< geometric error on screen that needs no refinement, > 0
+  double tolerance_px = 1.0;       ///< geometric error on screen that needs no refinement, > 0
+  double texelTolerance_px = 1.0;  ///< side of a texel on screen that needs no finer picture, > 0
   /// Spacing of a tile's samples on screen that needs no refinement, whatever the error; > 0. One sample or more for
   /// each square of that side.
   double maxSpacing_px = std::numeric_limits<double>::infinity();
@@ -104,7 +105,7 @@ struct CutHistory {
 /// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
 /// while
 ///  - its error as an angle from the eye is larger than the tolerance, or
-///  - its texels are larger than a pixel and there are finer ones, or
+///  - its texels are larger than CutOptions::texelTolerance_px and there are finer ones, or
 ///  - its samples are further apart than CutOptions::maxSpacing_px,
 /// all taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over

@@ -30,6 +30,7 @@ class FakeTree final : public TileTree {
   std::function<bool(const TileId&)> loaded = [](const TileId&) { return true; };
   std::function<double(const TileId&)> roughness = [](const TileId&) { return 1.0; };
   int deepest = 16;
+  double texelsAcross = std::numeric_limits<double>::infinity();
   HeightRange range{.low_m = -500.0, .high_m = 9000.0};
 
   static constexpr std::int64_t kTriangles = 100;  ///< of a tile
@@ -52,6 +53,7 @@ class FakeTree final : public TileTree {
       found->second.bytes = static_cast<std::uint64_t>(kTriangles) * kBytesATriangle;
       const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
       found->second.spacing_m = id.level < deepest ? size_m / 64.0 : 0.0;
+      found->second.texel_m = id.level < deepest ? size_m / texelsAcross : 0.0;
       found->second.error_m = id.level < deepest ? 0.003 * size_m * roughness(id) : 0.0;
     }
     return &found->second;
@@ -162,6 +164,28 @@ TEST_P(SelectOn, samplesAreAsDenseAsAsked) {
       before = s.visited;
     }
   }
+}
+
+TEST_P(SelectOn, texelsAreAsFineAsAsked) {
+  std::mt19937_64 random = geo::seededGenerator();
+  FakeTree tree(tiling);
+  tree.roughness = [](const TileId&) { return 0.0; };
+  tree.texelsAcross = 256.0;
+  for (int i = 0; i < 10; ++i) {
+    const View view = randomView(random);
+    int before = 0;
+    for (const double texel_px : {10.0, 3.0, 1.0}) {
+      const Selection s = selected(view, tree, {.texelTolerance_px = texel_px, .maxTiles = 100000});
+      for (const SelectedTile& t : s.drawn) {
+        const TileFacts& facts = *tree.facts(t.id);
+        ASSERT_LE(pixelsAcross(facts.texel_m, facts.tightBox.distance_m(view.eye), view.pixelAngle()), texel_px);
+      }
+      EXPECT_GE(s.visited, before);
+      before = s.visited;
+    }
+  }
+  const View near = viewOver(47, 11, 20000, 0, -30);
+  EXPECT_LT(2 * selected(near, tree, {.texelTolerance_px = 4.0}).visited, selected(near, tree).visited);
 }
 
 TEST_P(SelectOn, levelsDoNotDependOnWhereTheEyeLooks) {
