@@ -30,6 +30,8 @@ PICTURES = [
     ("everest", "earth", "cube", "27.75,86.82,9500,20,-12,0", ""),
     ("everest_near", "earth", "cube", "27.955,86.87,7200,60,-5,0", ""),
     ("north_pole_cube", "earth", "cube", "88,0,4000000,0,-90,0", ""),
+    ("north_pole_geographic", "earth", "geographic", "88,0,4000000,0,-90,0", ""),
+    ("south_pole_geographic", "earth", "geographic", "-88,0,4000000,0,-90,0", ""),
     ("south_pole_healpix", "earth", "healpix", "-88,0,4000000,0,-90,0", ""),
     ("date_line_geographic", "earth", "geographic", "-18,179,3000000,0,-90,0", ""),
     ("night", "earth", "cube", "35,20,12000000,0,-90,0", "[light]\nsun = [10.0, -165.0]\n"),

@@ -41,8 +41,8 @@ std::string signatureOfFile(const std::string& path) {
 
 std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs) {
   std::string text =
-      fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, kFormatVersion, options.append, nameOf(meta.kind),
-                  tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
+      fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, formatVersionOf(meta.scheme), options.append,
+                  nameOf(meta.kind), tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
                   meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
   return digestOf(text + inputs);

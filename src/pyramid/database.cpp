@@ -30,11 +30,12 @@ io::Result<void> checkSchema(const Connection& connection) {
   }
   const auto version = connection.integer("PRAGMA user_version");
   if (!version) return tl::unexpected(version.error());
-  if (*version != kFormatVersion) {
-    return io::fail(Code::unsupported,
-                    fmt::format("tile database of format version {}; this program reads version {}: build it again",
-                                *version, kFormatVersion),
-                    connection.path());
+  if (*version < 1 || *version > kNewestFormatVersion) {
+    return io::fail(
+        Code::unsupported,
+        fmt::format("tile database of format version {}; this program reads versions 1 to {}: build it again", *version,
+                    kNewestFormatVersion),
+        connection.path());
   }
   for (const std::string_view table : {kTilesTable, kMetaTable, kSourcesTable}) {
     auto found = connection.prepare("SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND sql = ?");
@@ -49,9 +50,20 @@ io::Result<void> checkSchema(const Connection& connection) {
   return {};
 }
 
-io::Result<void> createTables(const Connection& connection) {
+io::Result<void> checkVersion(const Connection& connection, tiling::Scheme scheme) {
+  const auto version = connection.integer("PRAGMA user_version");
+  if (!version) return tl::unexpected(version.error());
+  if (*version == formatVersionOf(scheme)) return {};
+  return io::fail(Code::unsupported,
+                  fmt::format("tile database of the {} tiling in format version {}; this program reads version {} of "
+                              "it: build it again",
+                              tiling::nameOf(scheme), *version, formatVersionOf(scheme)),
+                  connection.path());
+}
+
+io::Result<void> createTables(const Connection& connection, tiling::Scheme scheme) {
   const std::string application = fmt::format("PRAGMA application_id = {}", kApplicationId);
-  const std::string version = fmt::format("PRAGMA user_version = {}", kFormatVersion);
+  const std::string version = fmt::format("PRAGMA user_version = {}", formatVersionOf(scheme));
   for (const std::string_view sql :
        {std::string_view(application), std::string_view(version), kMetaTable, kSourcesTable, kTilesTable}) {
     if (auto ok = connection.execute(sql); !ok) return ok;
@@ -95,6 +107,7 @@ io::Result<TileDatabase> TileDatabase::open(const std::filesystem::path& path, C
   }
   auto meta = readMeta(*connection);
   if (!meta) return tl::unexpected(meta.error());
+  if (auto ok = checkVersion(*connection, meta->scheme); !ok) return tl::unexpected(ok.error());
   return TileDatabase(std::move(*connection), std::move(*meta));
 }
 
@@ -115,7 +128,7 @@ io::Result<TileDatabase> TileDatabase::create(const std::filesystem::path& path,
   if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
   TileDatabase database(std::move(*connection), meta);
   if (auto ok = database.begin(); !ok) return tl::unexpected(ok.error());
-  if (auto ok = createTables(database.connection_); !ok) return tl::unexpected(ok.error());
+  if (auto ok = createTables(database.connection_, meta.scheme); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.writeMeta(meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.writePosition(start); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.commit(); !ok) return tl::unexpected(ok.error());

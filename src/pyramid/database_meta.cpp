@@ -144,6 +144,11 @@ io::Result<void> writeSources(const Connection& connection, const std::vector<st
 
 }  // namespace
 
+std::int64_t formatVersionOf(tiling::Scheme scheme) {
+  // In version 1 the geographic tiling had two roots of 180 degrees. The others are what they were.
+  return scheme == tiling::Scheme::geographic ? 2 : 1;
+}
+
 io::Result<DatabaseMeta> readMeta(const Connection& connection) {
   const auto table = readTable(connection);
   if (!table) return tl::unexpected(table.error());

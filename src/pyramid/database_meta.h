@@ -9,8 +9,10 @@
 
 namespace tellurion::pyramid {
 
-/// The version of the file format (docs/tile-database.md) that is written, and the only one that is read.
-inline constexpr std::int64_t kFormatVersion = 1;
+inline constexpr std::int64_t kNewestFormatVersion = 2;
+/// The version of the file format (docs/tile-database.md) that files of a tiling are written in, and the only one of
+/// it that is read.
+std::int64_t formatVersionOf(tiling::Scheme scheme);
 
 /// What the file says about itself (docs/tile-database.md, "meta").
 struct DatabaseMeta {

@@ -22,9 +22,6 @@ using tiling::TileId;
 /// Half the step of the numerical derivative of a place, as a share of a root's side: some 100 m on Earth, where both
 /// the curvature's error and cancellation are below 1e-9.
 constexpr double kHalfStep = 1e-5;
-/// The geographic tiling's u has no direction at a pole: there the normal is taken this far (or half a cell) beside it,
-/// on the same meridian, in the frame of that place.
-constexpr double kBesidePole = 1e-4;
 
 struct CachedTile {
   TileId id;
@@ -164,17 +161,9 @@ struct HeightQuery::State {
     return current;
   }
 
-  tiling::RootPoint besidePole(tiling::RootPoint p, double patches) const {
-    if (tiling.scheme() != tiling::Scheme::geographic) return p;
-    const double margin = std::min(kBesidePole, 0.5 / patches);
-    p.v = std::clamp(p.v, margin, 1.0 - margin);
-    return p;
-  }
-
-  geo::Vec3 normal(const tiling::RootPoint& point, const CachedTile& tile) const {
+  geo::Vec3 normal(const tiling::RootPoint& p, const CachedTile& tile) const {
     const geo::Ellipsoid& ellipsoid = source->info().body.ellipsoid;
     const double patches = static_cast<double>(std::uint64_t{1} << tile.id.level) * source->info().tileCells;
-    const tiling::RootPoint p = besidePole(point, patches);
     const Patch patch = patchAt(tile, p);
     const geo::Vec3 up = tiling.direction(p).n;
     const double height = patch.height();

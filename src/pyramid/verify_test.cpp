@@ -211,7 +211,12 @@ TEST_F(VerifyPyramid, StrangeFilesAreRefused) {
     EXPECT_NE(refusal().find(words), std::string::npos) << sql << ": " << refusal();
   };
   expectRefused("PRAGMA application_id = 1", "not a tile database");
-  expectRefused("PRAGMA user_version = 2", "format version 2");
+  expectRefused("PRAGMA user_version = 3", "format version 3");
+  // Of two roots, as it was before version 2.
+  expectRefused("UPDATE meta SET value = 'geographic' WHERE key = 'tiling'",
+                "tile database of the geographic tiling in format version 1; this program reads version 2 of it: build "
+                "it again");
+  expectRefused("PRAGMA user_version = 2", "cube tiling in format version 2");
   expectRefused("DROP TABLE tiles", "tables are not those");
   expectRefused("ALTER TABLE tiles ADD COLUMN more", "tables are not those");
   expectRefused("ALTER TABLE tiles RENAME TO other; CREATE VIEW tiles AS SELECT * FROM other", "tables are not those");

@@ -51,12 +51,12 @@ class Picture : public synthetic::GlTest {
 };
 
 TEST_F(Picture, RowZeroIsTheTopNorthIsUpAndEastIsRight) {
-  const auto tile = [&](std::uint8_t root, std::uint32_t x, std::uint32_t y, Rgba8 colour) {
-    auto t = synthetic::gridTile(geographic_, earth_, {1, root, x, y}, 32);
+  const auto tile = [&](std::uint32_t x, std::uint32_t y, Rgba8 colour) {
+    auto t = synthetic::gridTile(geographic_, earth_, {1, 0, x, y}, 32);  // 45 degrees wide, around (0, 0)
     t.colour = synthetic::plainImage(colour);
     return t;
   };
-  const std::vector tiles{tile(0, 1, 0, kRed), tile(1, 0, 0, kGreen), tile(0, 1, 1, kBlue), tile(1, 0, 1, kYellow)};
+  const std::vector tiles{tile(0, 0, kRed), tile(1, 0, kGreen), tile(0, 1, kBlue), tile(1, 1, kYellow)};
   const scene::Viewport size{40, 30};
   const auto corners = [&](double heading) {
     const auto picture = drawn(unlit(viewAt(earth_, 0, 0, 1e6, heading, -90, size), tiles));
@@ -72,7 +72,7 @@ TEST_F(Picture, TextureRowZeroLiesAtTheTilesTop) {
     for (int col = 0; col < 16; ++col)
       quarters.at(col, row) = row < 8 ? (col < 8 ? kRed : kGreen) : (col < 8 ? kBlue : kYellow);
   }
-  auto tile = synthetic::gridTile(geographic_, earth_, {2, 1, 1, 1}, 16);  // 45 to 90 east, 0 to 45 north
+  auto tile = synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16);  // 45 to 90 east, 0 to 45 north
   tile.colour = imageOf(quarters);
   const scene::Viewport size{40, 40};
   const auto picture = drawn(unlit(viewAt(earth_, 22.5, 67.5, 2e6, 0, -90, size), {tile}));
@@ -103,27 +103,27 @@ TEST_F(Picture, WithoutLightEveryByteComesOutUnchanged) {
   std::vector<scene::DrawnTile> tiles;
   for (std::uint32_t y = 0; y < kSide; ++y) {
     for (std::uint32_t x = 0; x < kSide; ++x) {
-      tiles.push_back(synthetic::gridTile(geographic_, earth_, {10, 1, 500 + x, 500 + y}, 4));
+      tiles.push_back(synthetic::gridTile(geographic_, earth_, {9, 1, 250 + x, 250 + y}, 4));
       tiles.back().colour = image;
       tiles.back().colourWindow = {{(static_cast<float>(x) + 0.5f) / kSide, (static_cast<float>(y) + 0.5f) / kSide},
                                    {0.0f, 0.0f}};
     }
   }
   const scene::Viewport size{160, 160};
-  const geo::Geodetic centre = geo::geodeticFromDirection(geographic_.direction({1, 508.0 / 1024, 508.0 / 1024}));
+  const geo::Geodetic centre = geo::geodeticFromDirection(geographic_.direction({1, 258.0 / 512, 258.0 / 512}));
   const scene::View view = viewAt(earth_, centre.lat.degrees(), centre.lon.degrees(), 5e5, 0, -90, size);
   const auto picture = drawn(unlit(view, tiles));
   for (const scene::DrawnTile& tile : tiles) {
     const auto middle = earth_.bodyFromDirection(geographic_.direction(tiling::rootPointIn(tile.id, 0.5, 0.5)));
     const auto pixel = scene::pixelOf(view, middle);
     ASSERT_TRUE(pixel.has_value());
-    const Rgba8 texel = all.at(static_cast<int>(tile.id.x - 500), static_cast<int>(tile.id.y - 500));
+    const Rgba8 texel = all.at(static_cast<int>(tile.id.x - 250), static_cast<int>(tile.id.y - 250));
     EXPECT_EQ(picture.at(static_cast<int>(pixel->x), static_cast<int>(pixel->y)), opaque(texel));
   }
 }
 
 TEST_F(Picture, GroundWithoutImageryIsNeutralGrey) {
-  const auto tiles = std::vector{synthetic::gridTile(geographic_, earth_, {2, 1, 1, 1}, 16)};
+  const auto tiles = std::vector{synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16)};
   const auto picture = drawn(unlit(viewAt(earth_, 22.5, 67.5, 1e6, 0, -90, {4, 4}), tiles));
   for (const Rgba8& pixel : picture.samples) {
     EXPECT_EQ(pixel.r, pixel.g);
@@ -202,7 +202,7 @@ class Gutter : public Picture {
     return worst;
   }
 
-  static constexpr tiling::TileId kParent{8, 1, 130, 100};
+  static constexpr tiling::TileId kParent{7, 1, 65, 50};
   raster::Raster<Rgba8> whole_;
 };
 

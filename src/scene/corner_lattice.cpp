@@ -2,15 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <utility>
 
 namespace tellurion::scene {
-namespace {
-
-constexpr double kNearPole = 1e-12;  ///< of the radius; deepest tiles are 1e-9 wide
-
-}  // namespace
 
 TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id) {
   const auto key = [&](double s, double t) {
@@ -20,8 +14,7 @@ TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id) 
       hash = (hash ^ std::bit_cast<std::uint64_t>(v + 0.0)) * 0x9e3779b97f4a7c15u;  // + 0.0: one zero only
       hash ^= hash >> 32;
     }
-    const bool atPole = tiling.scheme() == tiling::Scheme::geographic && std::hypot(n.x, n.y) < kNearPole;
-    return atPole ? kPoleCorner : std::max(hash, CornerKey{1});
+    return std::max(hash, CornerKey{1});
   };
   return {.corners = {key(0.0, 0.0), key(1.0, 0.0), key(0.0, 1.0), key(1.0, 1.0)},
           .edgeMiddles = {key(0.5, 0.0), key(1.0, 0.5), key(0.5, 1.0), key(0.0, 0.5)}};
@@ -31,9 +24,9 @@ CornerLattice::Corner& CornerLattice::at(CornerKey key) {
   if (2 * (used_ + 1) > slots_.size()) grow();
   const std::size_t mask = slots_.size() - 1;
   std::size_t i = key & mask;
-  while (slots_[i].key != kPoleCorner && slots_[i].key != key)
+  while (slots_[i].key != kFreeSlot && slots_[i].key != key)
     i = (i + 1) & mask;
-  if (slots_[i].key == kPoleCorner) {
+  if (slots_[i].key == kFreeSlot) {
     slots_[i].key = key;
     ++used_;
   }
@@ -43,7 +36,7 @@ CornerLattice::Corner& CornerLattice::at(CornerKey key) {
 const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
   if (slots_.empty()) return nullptr;
   const std::size_t mask = slots_.size() - 1;
-  for (std::size_t i = key & mask; slots_[i].key != kPoleCorner; i = (i + 1) & mask) {
+  for (std::size_t i = key & mask; slots_[i].key != kFreeSlot; i = (i + 1) & mask) {
     if (slots_[i].key == key) return &slots_[i];
   }
   return nullptr;
@@ -54,9 +47,9 @@ void CornerLattice::grow() {
   std::swap(old, slots_);
   const std::size_t mask = slots_.size() - 1;
   for (const Corner& corner : old) {
-    if (corner.key == kPoleCorner) continue;
+    if (corner.key == kFreeSlot) continue;
     std::size_t i = corner.key & mask;
-    while (slots_[i].key != kPoleCorner)
+    while (slots_[i].key != kFreeSlot)
       i = (i + 1) & mask;
     slots_[i] = corner;
   }
@@ -69,7 +62,6 @@ void CornerLattice::clear() {
 
 void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed) {
   for (const CornerKey key : tile.corners) {
-    if (key == kPoleCorner) continue;
     Corner& c = at(key);
     if (level > c.finest) {
       c.finest = static_cast<std::int8_t>(level);
@@ -82,7 +74,7 @@ void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fro
     if (level == c.finest) c.goal = std::max(c.goal, goal);
   }
   for (const CornerKey key : tile.edgeMiddles) {
-    if (!drawn || key == kPoleCorner) continue;
+    if (!drawn) continue;
     Corner& c = at(key);
     c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
     c.finest = std::max(c.finest, static_cast<std::int8_t>(level));
@@ -92,7 +84,7 @@ void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fro
 bool CornerLattice::settle(const CornerLattice* last, float step) {
   bool atGoals = true;
   for (Corner& c : slots_) {
-    if (c.key == kPoleCorner) continue;
+    if (c.key == kFreeSlot) continue;
     const float goal = c.coarsestDrawn < c.finest ? 0.0f : c.goal;
     c.value = goal;
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
@@ -110,7 +102,6 @@ float CornerLattice::valueIn(const Corner& corner, int level) {
 }
 
 float CornerLattice::valueAt(CornerKey corner, int level) const {
-  if (corner == kPoleCorner) return 1.0f;
   const Corner* found = find(corner);
   return found == nullptr ? 0.0f : valueIn(*found, level);
 }

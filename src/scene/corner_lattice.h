@@ -8,12 +8,8 @@
 
 namespace tellurion::scene {
 
-/// Tells the place of a tile's corner from all others: the same in every tile that has a corner there.
+/// Tells the place of a tile's corner from all others: the same in every tile that has a corner there. Never 0.
 using CornerKey = std::uint64_t;
-
-/// Where all tiles of a row meet at a pole of the geographic tiling, however different their levels: no corner to agree
-/// upon, its value is always 1.
-inline constexpr CornerKey kPoleCorner = 0;
 
 struct TileCorners {
   std::array<CornerKey, 4> corners{};      ///< in the order of quadrants: (s, t) = (0, 0), (1, 0), (0, 1), (1, 1)
@@ -41,8 +37,9 @@ class CornerLattice {
   float valueAt(CornerKey corner, int level) const;
 
  private:
+  static constexpr CornerKey kFreeSlot = 0;
   struct Corner {
-    CornerKey key = kPoleCorner;  ///< which is never stored: a free slot
+    CornerKey key = kFreeSlot;
     std::int8_t finest = -1;
     std::int8_t coarsestDrawn = 127;
     bool fromParent = false;

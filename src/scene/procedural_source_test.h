@@ -55,6 +55,7 @@ class ProceduralSource final : public raster::TileSource {
   Stored stored;  ///< closed under parents; levels beyond maxLevel are never asked
   Height height;
   double heightBound_m = 4000.0;
+  std::function<double(int level)> error_m;  ///< that tiles state; otherwise what suits hillsAt
   /// Lowest and highest, which tiles state of themselves and of all below; otherwise of their own samples.
   std::optional<std::pair<double, double>> heightRange_m;
   std::set<tiling::TileId> failing;
@@ -111,7 +112,10 @@ class ProceduralSource final : public raster::TileSource {
       tile.statistics.max_m = static_cast<float>(heightRange_m->second);
     }
     const auto bound = static_cast<float>(heightBound_m);
-    if (tile.childMask != 0) tile.statistics.error_m = 2.0f * bound / static_cast<float>(1u << (2 * id.level));
+    if (tile.childMask != 0) {
+      tile.statistics.error_m =
+          error_m ? static_cast<float>(error_m(id.level)) : 2.0f * bound / static_cast<float>(1u << (2 * id.level));
+    }
     tile.children.fill({.min_m = -bound, .max_m = bound, .error_m = 0.0f});
     tile.payload = raster::ElevationTile{.samples = std::move(samples)};
   }

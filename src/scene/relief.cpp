@@ -13,7 +13,7 @@ geo::Vec3 triangleNormal(const geo::Vec3& a, const geo::Vec3& b, const geo::Vec3
   return geo::cross(b - a, c - a);
 }
 
-/// The ground's normal at a sample, not yet of unit length, either way round; zero where it has none.
+/// The ground's normal at a sample, not yet of unit length, either way round; zero where a cliff leaves it none.
 geo::Vec3 normalAt(const SurfaceGrid& grid, int col, int row) {
   const auto at = [&](int c, int r) { return grid.positions[grid.index(c, r)].m; };
   const geo::Vec3 left = at(col - 1, row);
@@ -44,10 +44,7 @@ raster::Rgba8 reliefAt(const SurfaceGrid& grid, int col, int row) {
   const geo::Vec3 up = grid.up[grid.index(col, row)].n;
   geo::Vec3 normal = normalAt(grid, col, row);
   const double size = geo::length(normal);
-  const geo::Vec3 along = grid.positions[grid.index(col + 1, row)] - grid.positions[grid.index(col - 1, row)];
-  const geo::Vec3 down = grid.positions[grid.index(col, row + 1)] - grid.positions[grid.index(col, row - 1)];
-  const bool flat = !(size > 1e-9 * geo::length(along) * geo::length(down)) || !(geo::length(along) > 0.0);
-  normal = flat ? up : normal * ((geo::dot(normal, up) < 0.0 ? -1.0 : 1.0) / size);
+  normal = size > 0.0 ? normal * ((geo::dot(normal, up) < 0.0 ? -1.0 : 1.0) / size) : up;
   const geo::Vec3 relief = normal - up;
   return {texel(relief.x), texel(relief.y), texel(relief.z), 255};
 }

@@ -163,9 +163,8 @@ class Cut {
   }
 
   static bool isOnParentsSurface(const TileFacts& facts, int level, const CornerLattice& corners) {
-    return std::all_of(facts.corners.corners.begin(), facts.corners.corners.end(), [&](CornerKey corner) {
-      return corner == kPoleCorner || !(corners.valueAt(corner, level) > 0.0f);
-    });
+    return std::all_of(facts.corners.corners.begin(), facts.corners.corners.end(),
+                       [&](CornerKey corner) { return !(corners.valueAt(corner, level) > 0.0f); });
   }
 
   /// The children that were drawn all look like their parent.

@@ -205,17 +205,33 @@ double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& gr
   return std::sqrt(worst2);
 }
 
+/// The middle of a cell: where the ground is, bilinear in height.
+geo::Vec3 groundInCell(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
+                       GridPoint cell) {
+  const auto heightAt = [&](int right, int down) {
+    return static_cast<double>(grid.heights_m[grid.index(cell.col + right, cell.row + down)]);
+  };
+  const geo::Direction up =
+      tiling.direction(tiling::rootPointIn(grid.id, (cell.col + 0.5) / grid.cells, (cell.row + 0.5) / grid.cells));
+  return ellipsoid.bodyFromDirection(up, 0.25 * (heightAt(0, 0) + heightAt(1, 0) + heightAt(0, 1) + heightAt(1, 1))).m;
+}
+
 /// How far the bilinear ground between four samples is from the triangles between them, at most, curvature included: at
-/// the middle of the cell, against either diagonal.
+/// the middle of the cell, against either diagonal. On the tile's diagonals, which no triangle crosses, against the
+/// diagonal itself: the map may have a crease there, and then so has the mesh.
 double errorWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
   double worst2 = 0.0;
-  for (std::int16_t row = 0; row < grid.cells; ++row) {
-    for (std::int16_t col = 0; col < grid.cells; ++col) {
+  const auto last = static_cast<std::int16_t>(grid.cells - 1);
+  for (std::int16_t row = 0; row <= last; ++row) {
+    for (std::int16_t col = 0; col <= last; ++col) {
       const auto right = static_cast<std::int16_t>(col + 1);
       const auto below = static_cast<std::int16_t>(row + 1);
-      const geo::Vec3 twist =
-          (at(grid, {col, row}) - at(grid, {right, row}) - at(grid, {col, below}) + at(grid, {right, below})) * 0.25;
-      worst2 = std::max(worst2, geo::dot(twist, twist));
+      const geo::Vec3 falling = (at(grid, {col, row}) + at(grid, {right, below})) * 0.5;
+      const geo::Vec3 rising = (at(grid, {col, below}) + at(grid, {right, row})) * 0.5;
+      geo::Vec3 off = (falling - rising) * 0.5;
+      if (row == col) off = falling - groundInCell(tiling, ellipsoid, grid, {col, row});
+      if (row == last - col) off = rising - groundInCell(tiling, ellipsoid, grid, {col, row});
+      worst2 = std::max(worst2, geo::dot(off, off));
     }
   }
   const double diagonal =

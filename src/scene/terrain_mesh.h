@@ -62,8 +62,7 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
 
 /// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
 /// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the
-/// triangle of the three samples next to it; on the poles of the geographic tiling, where a row of samples is one
-/// place, it is the ellipsoid's own.
+/// triangle of the three samples next to it.
 std::shared_ptr<const TextureImage> makeRelief(const SurfaceGrid& grid);
 
 /// A number that no other mesh or texture of the process has.

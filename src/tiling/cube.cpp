@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tiling/faces.h"
 #include "tiling/octants.h"
-#include "tiling/schemes.h"
 
 namespace tellurion::tiling::cube {
 
@@ -16,14 +16,13 @@ struct PlanePoint {
   double y;
 };
 
-constexpr int kNorth = 4;
-constexpr double kPad = 1e-14;  // radians by which bounds are wider than exact, against rounding
-
-// The equiangular mapping: tan(45 degrees * (2 u - 1)), odd to the last bit and exact at the edges and the middle.
-double planeFromUnit(double u) {
-  const double s = 2.0 * u - 1.0;
+// The equiangular mapping: tan(45 degrees * s), odd to the last bit and exact at the edges and the middle.
+double planeFromFace(double s) {
   if (std::fabs(s) == 1.0) return s;
   return std::copysign(std::tan(kRadiansPerOctant * std::fabs(s)), s);
+}
+double planeFromUnit(double u) {
+  return planeFromFace(2.0 * u - 1.0);
 }
 
 double unitFromPlane(double x) {
@@ -42,7 +41,7 @@ Vec3 bodyFromFace(int root, const PlanePoint& p) {
       return Vec3(-1.0, -p.x, -p.y);
     case 3:
       return Vec3(p.x, -1.0, -p.y);
-    case kNorth:
+    case kNorthFace:
       return Vec3(p.y, p.x, 1.0);
     default:
       return Vec3(-p.y, p.x, -1.0);
@@ -59,7 +58,7 @@ PlanePoint faceFromBody(int root, const Vec3& n) {
       return {n.y / n.x, n.z / n.x};
     case 3:
       return {-n.x / n.y, n.z / n.y};
-    case kNorth:
+    case kNorthFace:
       return {n.y / n.z, n.x / n.z};
     default:
       return {-n.y / n.z, n.x / n.z};
@@ -76,21 +75,7 @@ int faceOf(const Vec3& n) {
   if (n.y == largest) return 1;
   if (x == largest) return 2;
   if (y == largest) return 3;
-  return n.z > 0.0 ? kNorth : kNorth + 1;
-}
-
-double nearestToZero(double a, double b) {
-  return a > 0.0 ? a : std::min(b, 0.0);
-}  // of the interval [a, b]
-double farthestFromZero(double a, double b) {
-  return std::max(std::fabs(a), std::fabs(b));
-}
-
-geo::GeoRect padded(double south, double north, double west, double east) {
-  return {.south = geo::Angle::radians(std::max(south - kPad, -geo::kPi / 2.0)),
-          .north = geo::Angle::radians(std::min(north + kPad, geo::kPi / 2.0)),
-          .west = geo::wrappedLongitude(geo::Angle::radians(west - kPad)),
-          .width = geo::Angle::radians(east - west + 2.0 * kPad)};
+  return n.z > 0.0 ? kNorthFace : kNorthFace + 1;
 }
 
 // On a face around the equator tan(lat) = -y cos(lon from the face's middle): largest and smallest where the longitude
@@ -103,49 +88,17 @@ geo::GeoRect equatorialBounds(int root, const Square& q) {
   const double top = -planeFromUnit(q.v0);
   const double bottom = -planeFromUnit(q.v1);
   const double middle = geo::kPi / 2.0 * root;
-  return padded(std::atan(bottom * (bottom > 0.0 ? cosLeast : cosMost)),
-                std::atan(top * (top > 0.0 ? cosMost : cosLeast)), middle + west, middle + east);
+  return paddedBounds(std::atan(bottom * (bottom > 0.0 ? cosLeast : cosMost)),
+                      std::atan(top * (top > 0.0 ? cosMost : cosLeast)), middle + west, middle + east);
 }
 
-// Longitudes that a square on a polar face spans, the pole outside or at a corner: from the one that its middle has.
-void polarLongitudes(int root, const std::array<PlanePoint, 4>& corners, const PlanePoint& middle, double& west,
-                     double& east) {
-  const auto lonOf = [root](const PlanePoint& p) {
-    const Vec3 n = bodyFromFace(root, p);
-    return std::atan2(n.y, n.x);
-  };
-  const double centre = lonOf(middle);
-  west = east = centre;
-  for (const PlanePoint& corner : corners) {
-    if (corner.x == 0.0 && corner.y == 0.0) continue;
-    const double offset = std::remainder(lonOf(corner) - centre, 2.0 * geo::kPi);
-    west = std::min(west, centre + offset);
-    east = std::max(east, centre + offset);
-  }
-}
-
-geo::GeoRect polarBounds(int root, const Square& q) {
-  const PlanePoint a{planeFromUnit(q.u0), planeFromUnit(q.v0)};
-  const PlanePoint b{planeFromUnit(q.u1), planeFromUnit(q.v1)};
-  const double nearest = std::hypot(nearestToZero(a.x, b.x), nearestToZero(a.y, b.y));
-  const double farthest = std::hypot(farthestFromZero(a.x, b.x), farthestFromZero(a.y, b.y));
-  const double most = std::atan2(1.0, nearest);
-  const double least = std::atan2(1.0, farthest);
-  const double south = root == kNorth ? least : -most;
-  const double north = root == kNorth ? most : -least;
-  const bool poleInside = a.x < 0.0 && b.x > 0.0 && a.y < 0.0 && b.y > 0.0;
-  if (poleInside) {
-    geo::GeoRect r = padded(south, north, 0.0, 0.0);
-    r.west = geo::Angle::radians(-geo::kPi);
-    r.width = geo::Angle::radians(2.0 * geo::kPi);
-    return r;
-  }
-  const PlanePoint middle{planeFromUnit(0.5 * (q.u0 + q.u1)), planeFromUnit(0.5 * (q.v0 + q.v1))};
-  double west = 0.0;
-  double east = 0.0;
-  polarLongitudes(root, {PlanePoint{a.x, a.y}, {b.x, a.y}, {b.x, b.y}, {a.x, b.y}}, middle, west, east);
-  return padded(south, north, west, east);
-}
+constexpr PolarFace kPolarFace{
+    .colatitude = [](const FacePoint& p) { return std::atan(std::hypot(planeFromFace(p.x), planeFromFace(p.y))); },
+    .longitude =
+        [](int root, const FacePoint& p) {
+          const Vec3 n = bodyFromFace(root, {planeFromFace(p.x), planeFromFace(p.y)});
+          return std::atan2(n.y, n.x);
+        }};
 
 // tan(b) - tan(a) without cancellation; a and b as face coordinates u.
 double planeDifference(double a, double b) {
@@ -167,17 +120,6 @@ double solidAngle(const PlanePoint& p, const PlanePoint& q, const PlanePoint& r,
 
 }  // namespace
 
-std::span<const RootLinks> links() {
-  static constexpr std::array<RootLinks, kRoots> kLinks{
-      {{{{4, Edge::bottom, false}, {1, Edge::left, false}, {5, Edge::top, false}, {3, Edge::right, false}}},
-       {{{4, Edge::right, true}, {2, Edge::left, false}, {5, Edge::right, false}, {0, Edge::right, false}}},
-       {{{4, Edge::top, true}, {3, Edge::left, false}, {5, Edge::bottom, true}, {1, Edge::right, false}}},
-       {{{4, Edge::left, false}, {0, Edge::left, false}, {5, Edge::left, true}, {2, Edge::right, false}}},
-       {{{2, Edge::top, true}, {1, Edge::top, true}, {0, Edge::top, false}, {3, Edge::top, false}}},
-       {{{0, Edge::bottom, false}, {1, Edge::bottom, false}, {2, Edge::bottom, true}, {3, Edge::bottom, true}}}}};
-  return kLinks;
-}
-
 geo::Direction direction(const RootPoint& p) {
   const Vec3 n = bodyFromFace(p.root, {planeFromUnit(p.u), planeFromUnit(p.v)});
   const double norm = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
@@ -191,7 +133,8 @@ RootPoint rootPoint(const geo::Direction& d) {
 }
 
 geo::GeoRect bounds(const TileId& id) {
-  return id.root < kNorth ? equatorialBounds(id.root, squareOf(id)) : polarBounds(id.root, squareOf(id));
+  return id.root < kNorthFace ? equatorialBounds(id.root, squareOf(id))
+                              : polarFaceBounds(kPolarFace, id.root, squareOf(id));
 }
 
 double area(const TileId& id) {

@@ -67,6 +67,23 @@ TEST_P(EveryTiling, BoundsOfTheRootsCoverThePoles) {
   EXPECT_TRUE(north && south);
 }
 
+TEST(GeographicTiling, BoundsAboutThePole) {
+  const Tiling tiling(Scheme::geographic);
+  const auto expect = [&](const TileId& id, double south, double north, double west, double width) {
+    const geo::GeoRect r = tiling.bounds(id);
+    EXPECT_NEAR(r.south.degrees(), south, 1e-11) << toText(id);
+    EXPECT_NEAR(r.north.degrees(), north, 1e-11) << toText(id);
+    EXPECT_NEAR(std::remainder(r.west.degrees() - west, 360.0), 0.0, 1e-11) << toText(id);
+    EXPECT_NEAR(r.width.degrees(), width, 1e-11) << toText(id);
+  };
+  expect({0, 4, 0, 0}, 45.0, 90.0, -180.0, 360.0);   // the pole inside
+  expect({1, 4, 1, 1}, 45.0, 90.0, 0.0, 90.0);       // at a corner
+  expect({1, 5, 0, 1}, -90.0, -45.0, -180.0, 90.0);  // of the other cap
+  // On a diagonal: the border's longitudes are linear, and the northern corner has the diagonal's.
+  const double north = geo::geodeticFromDirection(tiling.direction({4, 0.75, 0.75})).lat.degrees();
+  expect({2, 4, 3, 3}, 45.0, north, 22.5, 45.0);
+}
+
 TEST_P(EveryTiling, CapsHoldTheTile) {
   const auto check = [this](const TileId& id, int steps) {
     const Cap cap = tiling_.cap(id);

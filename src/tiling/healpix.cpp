@@ -12,7 +12,6 @@ namespace tellurion::tiling::healpix {
 
 namespace {
 
-constexpr double kPad = 1e-14;     // radians by which bounds are wider than exact, against rounding
 constexpr double kBorder = 2e-15;  // in u and v: nearer to a root's border than this is on it
 
 double northCornerRing(int root) {
@@ -160,10 +159,7 @@ geo::GeoRect bounds(const TileId& id) {
   const double east = planeFromRoot({id.root, q.u1, q.v0}).octants * kRadiansPerOctant;
   const double north = latRadians(planeFromRoot({id.root, q.u0, q.v0}).ring);
   const double south = latRadians(planeFromRoot({id.root, q.u1, q.v1}).ring);
-  return {.south = geo::Angle::radians(std::max(south - kPad, -geo::kPi / 2.0)),
-          .north = geo::Angle::radians(std::min(north + kPad, geo::kPi / 2.0)),
-          .west = geo::wrappedLongitude(geo::Angle::radians(west - kPad)),
-          .width = geo::Angle::radians(east - west + 2.0 * kPad)};
+  return paddedBounds(south, north, west, east);
 }
 
 double area(const TileId& id) {

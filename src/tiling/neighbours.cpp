@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "tiling/schemes.h"
+#include "tiling/faces.h"
 
 namespace tellurion::tiling {
 
@@ -9,9 +9,8 @@ namespace {
 std::span<const RootLinks> linksOf(Scheme scheme) {
   switch (scheme) {
     case Scheme::geographic:
-      return geographic::links();
     case Scheme::cube:
-      return cube::links();
+      return faceLinks();
     case Scheme::healpix:
       break;
   }

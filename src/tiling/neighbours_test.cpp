@@ -74,9 +74,6 @@ TEST_P(EveryTiling, CornerNeighboursAreAllThatTouchTheCorner) {
     }
     for (const TileId& id : tiles) {
       for (const Corner c : kCorners) {
-        const bool everyTileOfARow =
-            GetParam() == Scheme::geographic && touchesPole(tiling_.direction(atCorner(id, c)));
-        if (everyTileOfARow) continue;
         std::set<TileId> expected = touching[key(id, c)];
         expected.erase(id);
         expected.erase(tiling_.edgeNeighbour(id, horizontalEdge(c)).tile);
@@ -155,26 +152,30 @@ TEST_P(EveryTiling, WrappedAcrossTwoEdgesIsWhereBothWaysMeetOrNothing) {
   }
 }
 
-TEST(GeographicTiling, AcrossThePoleLiesTheOtherRootAtTheSameColumn) {
-  const Tiling tiling(Scheme::geographic);
-  const EdgeNeighbour n = tiling.edgeNeighbour({4, 0, 5, 0}, Edge::top);
-  EXPECT_EQ(n.tile, (TileId{4, 1, 5, 0}));
-  EXPECT_EQ(n.edge, Edge::top);
-  EXPECT_FALSE(n.reversed);
-  EXPECT_EQ(tiling.cornerNeighbour({4, 0, 5, 0}, Corner::topLeft), (TileId{4, 1, 4, 0}));
-  EXPECT_EQ(tiling.cornerNeighbour({4, 0, 0, 15}, Corner::bottomLeft), (TileId{4, 0, 15, 15}));
-  const auto p = tiling.wrapped({0, 0.25, -0.125});
-  ASSERT_TRUE(p.has_value());
-  const geo::Geodetic g = geo::geodeticFromDirection(tiling.direction(*p));
-  EXPECT_NEAR(g.lat.degrees(), 90.0 - 22.5, 1e-12);
-  EXPECT_NEAR(g.lon.degrees(), -135.0 + 180.0, 1e-12);
+TEST(SixFaces, ThreeTilesMeetAtACornerAndFourAtThePole) {
+  for (const Scheme scheme : {Scheme::geographic, Scheme::cube}) {
+    const Tiling tiling(scheme);
+    for (std::uint8_t root = 0; root < 6; ++root) {
+      EXPECT_FALSE(tiling.cornerNeighbour({5, root, 31, 0}, Corner::topRight));
+      EXPECT_FALSE(tiling.wrapped({root, 1.25, -0.25}).has_value());
+    }
+    EXPECT_EQ(tiling.cornerNeighbour({5, 4, 15, 15}, Corner::bottomRight), (TileId{5, 4, 16, 16}));
+    EXPECT_TRUE(isPole(tiling.direction({4, 0.5, 0.5})));
+    EXPECT_TRUE(isPole(tiling.direction({5, 0.5, 0.5})));
+  }
 }
 
-TEST(CubeTiling, ThreeTilesMeetAtACubesCorner) {
-  const Tiling tiling(Scheme::cube);
-  for (std::uint8_t root = 0; root < 6; ++root) {
-    EXPECT_FALSE(tiling.cornerNeighbour({5, root, 31, 0}, Corner::topRight));
-    EXPECT_FALSE(tiling.wrapped({root, 1.25, -0.25}).has_value());
+TEST(GeographicTiling, AcrossTheParallelOf45DegreesTheMeridianGoesOn) {
+  const Tiling tiling(Scheme::geographic);
+  for (int root = 0; root < 4; ++root) {
+    for (const double beyond : {-0.125, 1.125}) {
+      const auto p = tiling.wrapped({root, 0.5, beyond});
+      ASSERT_TRUE(p.has_value());
+      EXPECT_EQ(p->root, beyond < 0.0 ? 4 : 5);
+      const geo::Geodetic g = geo::geodeticFromDirection(tiling.direction(*p));
+      EXPECT_NEAR(std::fabs(g.lat.degrees()), 90.0 - 0.75 * 45.0, 1e-12);
+      EXPECT_NEAR(std::remainder(g.lon.degrees() - 90.0 * root, 360.0), 0.0, 1e-12);
+    }
   }
 }
 

@@ -10,7 +10,7 @@ namespace tellurion::tiling {
 inline constexpr double kRadiansPerOctant = geo::kPi / 4.0;
 
 /// Sine and cosine of `octants` * 45 degrees, |octants| < 1e9. Exact at whole quarter turns; the same to the last bit
-/// for arguments that are a whole turn (8) apart, if they are exact. No negative zeros. NaN in, NaN out.
+/// for arguments >= 0 that are a whole turn (8) apart, if they are exact. No negative zeros. NaN in, NaN out.
 geo::SinCos sinCosOctants(double octants);
 
 /// Longitude of a vector in octants, [-4, 4]: 0 on the axis, +4 rather than -4 on the date line.

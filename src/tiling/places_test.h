@@ -84,7 +84,7 @@ inline bool sameBits(const geo::Direction& a, const geo::Direction& b) {
   return std::bit_cast<std::array<std::uint64_t, 3>>(a.n) == std::bit_cast<std::array<std::uint64_t, 3>>(b.n);
 }
 
-inline bool touchesPole(const geo::Direction& d) {
+inline bool isPole(const geo::Direction& d) {
   return d.n.x == 0.0 && d.n.y == 0.0;
 }
 

@@ -140,17 +140,49 @@ TEST(CubeReference, ProjsS2WithTheTangentMapping) {
   }
 }
 
-TEST(GeographicReference, ProjsEquirectangular) {
+TEST(GeographicReference, ProjsEquirectangularBetweenTheParallelsOf45Degrees) {
   const Projection projection("+proj=eqc +R=1");
   ASSERT_TRUE(projection.valid());
   auto random = geo::seededGenerator();
   const Tiling tiling(Scheme::geographic);
   for (int i = 0; i < 100000; ++i) {
-    const int root = static_cast<int>(randomBelow(random, 2));
+    const int root = static_cast<int>(randomBelow(random, 4));
     const RootPoint p{root, geo::uniform(random, 0.0, 1.0), geo::uniform(random, 0.0, 1.0)};
     const geo::Vec2 xy = projection.at(tiling.direction(p));
-    ASSERT_NEAR(xy.x, geo::kPi * (p.u - (root == 0 ? 1.0 : 0.0)), 1e-12);
-    ASSERT_NEAR(xy.y, geo::kPi * (0.5 - p.v), 1e-12);
+    ASSERT_NEAR(std::remainder(xy.x - geo::kPi / 2.0 * (root + p.u - 0.5), 2.0 * geo::kPi), 0.0, 1e-12);
+    ASSERT_NEAR(xy.y, geo::kPi / 2.0 * (0.5 - p.v), 1e-12);
+  }
+}
+
+// The equations of docs/tilings.md, with colatitude and longitude from PROJ's azimuthal projection: distance and angle
+// from the pole.
+TEST(GeographicReference, CapsOnProjsAzimuthalEquidistantPlane) {
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::geographic);
+  const double octant = geo::kPi / 4.0;
+  for (const int root : {4, 5}) {
+    const double side = root == 4 ? 1.0 : -1.0;  // looked at from outside, the south's longitudes run the other way
+    const Projection projection(root == 4 ? "+proj=aeqd +lat_0=90 +R=1" : "+proj=aeqd +lat_0=-90 +R=1");
+    ASSERT_TRUE(projection.valid());
+    for (int i = 0; i < 50000; ++i) {
+      const double size = i % 2 == 0 ? 1.0 : std::exp(geo::uniform(random, -12.0, 0.0));
+      const RootPoint p{root, 0.5 + 0.5 * size * geo::uniform(random, -1.0, 1.0),
+                        0.5 + 0.5 * size * geo::uniform(random, -1.0, 1.0)};
+      const double x = 2.0 * p.u - 1.0;
+      const double y = 2.0 * p.v - 1.0;
+      const geo::Vec2 plane = projection.at(tiling.direction(p));
+      const double c = std::hypot(plane.x, plane.y) / octant;
+      const double m = std::max(std::fabs(x), std::fabs(y));
+      const double r = std::hypot(x, y);
+      ASSERT_NEAR(c, (1.0 - c * c) * r + c * c * m, 1e-11);
+      // From the meridian in the middle of the quarter, eastwards.
+      const double middle = std::fabs(y) > std::fabs(x) ? (y * side > 0.0 ? 0.0 : 4.0) : (x > 0.0 ? 2.0 : -2.0);
+      const double longitude = std::atan2(plane.x, -side * plane.y) / octant;
+      const double across = std::remainder(longitude - middle, 8.0);
+      const double turned = std::remainder(std::atan2(x, side * y) / octant - middle, 8.0);
+      const double along = std::tan(turned * octant);
+      ASSERT_NEAR(across, (1.0 - c * c) * turned + c * c * along, 1e-10) << root << " " << x << " " << y;
+    }
   }
 }
 

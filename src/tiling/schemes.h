@@ -37,19 +37,18 @@ inline Square squareOf(const TileId& id) {
   return {a.u, a.v, b.u, b.v};
 }
 
+/// From radians, wider by a hair against rounding.
+geo::GeoRect paddedBounds(double south, double north, double west, double east);
+
 namespace geographic {
-inline constexpr int kRoots = 2;
-std::span<const RootLinks> links();
 geo::Direction direction(const RootPoint& p);
 RootPoint rootPoint(const geo::Direction& d);
 geo::GeoRect bounds(const TileId& id);
 double area(const TileId& id);
-Scale scale(int level);  ///< of tile edges, the poles' edges of no length left out
+Scale scale();
 }  // namespace geographic
 
 namespace cube {
-inline constexpr int kRoots = 6;
-std::span<const RootLinks> links();
 geo::Direction direction(const RootPoint& p);
 RootPoint rootPoint(const geo::Direction& d);
 geo::GeoRect bounds(const TileId& id);

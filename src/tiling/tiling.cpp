@@ -4,15 +4,16 @@
 #include <cassert>
 #include <cmath>
 
+#include "tiling/faces.h"
 #include "tiling/morton.h"
-#include "tiling/schemes.h"
 
 namespace tellurion::tiling {
 
 namespace {
 
 constexpr std::array<std::string_view, 3> kNames{"geographic", "cube", "healpix"};
-constexpr double kPad = 2e-15;  // radians by which caps are wider than measured, against rounding
+constexpr double kPad = 2e-15;        // radians by which caps are wider than measured, against rounding
+constexpr double kBoundsPad = 1e-14;  // and bounds
 
 std::uint32_t tileCoordinate(double unit, int level) {
   const auto tiles = static_cast<double>(std::uint64_t{1} << level);
@@ -21,6 +22,13 @@ std::uint32_t tileCoordinate(double unit, int level) {
 }
 
 }  // namespace
+
+geo::GeoRect paddedBounds(double south, double north, double west, double east) {
+  return {.south = geo::Angle::radians(std::max(south - kBoundsPad, -geo::kPi / 2.0)),
+          .north = geo::Angle::radians(std::min(north + kBoundsPad, geo::kPi / 2.0)),
+          .west = geo::wrappedLongitude(geo::Angle::radians(west - kBoundsPad)),
+          .width = geo::Angle::radians(east - west + 2.0 * kBoundsPad)};
+}
 
 bool TileId::isDescendantOf(const TileId& a) const {
   return level >= a.level && ancestor(a.level) == a;
@@ -45,9 +53,8 @@ std::string_view nameOf(Scheme scheme) {
 int Tiling::rootCount() const {
   switch (scheme_) {
     case Scheme::geographic:
-      return geographic::kRoots;
     case Scheme::cube:
-      return cube::kRoots;
+      return kFaces;
     case Scheme::healpix:
       break;
   }
@@ -113,7 +120,7 @@ LevelMetrics Tiling::metrics(int level) const {
   Scale scale{};
   switch (scheme_) {
     case Scheme::geographic:
-      scale = geographic::scale(level);
+      scale = geographic::scale();
       break;
     case Scheme::cube:
       scale = cube::scale();
@@ -124,8 +131,7 @@ LevelMetrics Tiling::metrics(int level) const {
   }
   const double size = tileSize(level);
   const double mean = std::sqrt(4.0 * geo::kPi / rootCount());
-  // The largest tiles of the geographic scheme are half moons: no edge with a length is as short as the mean.
-  return {.smallestEdge = geo::Angle::radians(std::min(scale.smallest, mean) * size),
+  return {.smallestEdge = geo::Angle::radians(scale.smallest * size),
           .meanEdge = geo::Angle::radians(mean * size),
           .largestEdge = geo::Angle::radians(scale.largest * size)};
 }

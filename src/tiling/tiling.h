@@ -62,8 +62,7 @@ struct EdgeNeighbour {
 };
 
 /// Angles on the unit sphere of directions. Smallest and largest hold for every tile edge of the level, measured along
-/// it (edges of no length, at the poles of the geographic scheme, left out); the largest, divided by the samples a
-/// side, for every sample spacing too.
+/// it; the largest, divided by the samples a side, for every sample spacing too.
 struct LevelMetrics {
   geo::Angle smallestEdge;
   geo::Angle meanEdge;  ///< square root of the mean tile area
@@ -91,7 +90,7 @@ class Tiling {
   /// Bit-identical for the same place reached through different roots, wherever u and v are multiples of 2^-40.
   geo::Direction direction(const RootPoint& p) const;
   /// The inverse, for a unit vector: back within 2e-15 rad, u and v always in [0, 1]. A place on a border belongs to
-  /// the lowest root (healpix: within 2e-15 of it). NaN gives root 0 or any, with NaN in u or v.
+  /// the lowest root (geographic and healpix: within 2e-15 of it). NaN gives root 0 or any, with NaN in u or v.
   RootPoint rootPoint(const geo::Direction& d) const;
   TileId tileAt(const geo::Direction& d, int level) const;  ///< always a tile that there is, for NaN too
 
@@ -100,11 +99,9 @@ class Tiling {
   /// outside and no single root owns the place (around corners where three roots meet).
   std::optional<RootPoint> wrapped(const RootPoint& p) const;
 
-  /// Across a pole of the geographic scheme: the tile of the same column on the other root, top to top, not reversed.
   EdgeNeighbour edgeNeighbour(const TileId& id, Edge edge) const;
   /// The tile of the same level that touches a corner of `id`, besides `id` itself and its two edge neighbours there:
-  /// one where four tiles meet, none where three do. At a pole of the geographic scheme, which every tile of the
-  /// row touches, only the one diagonally across.
+  /// one where four tiles meet, none where three do.
   std::optional<TileId> cornerNeighbour(const TileId& id, Corner corner) const;
 
   geo::GeoRect bounds(const TileId& id) const;  ///< holds the tile; tight to 1e-9 degrees where no pole is inside

@@ -1,0 +1,224 @@
+// What a pole in view costs, beside the equator in the same view: tiles, triangles and texels (docs/tilings.md).
+#include <gtest/gtest.h>
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "scene/globe.h"
+#include "scene/procedural_source_test.h"
+
+namespace tellurion::scene {
+namespace {
+
+using namespace std::chrono_literals;
+using tiling::Scheme;
+
+struct Place {
+  double lat;
+  double lon;
+};
+
+struct Cost {
+  double tiles = 0.0;
+  double triangles = 0.0;
+  double texels = 0.0;
+};
+
+std::size_t indicesDrawn(const DrawnTile& tile) {
+  std::size_t count = tile.mesh->interior.count;
+  for (std::size_t e = 0; e < 4; ++e)
+    count += (((tile.coarseEdges >> e) & 1u) != 0 ? tile.mesh->coarseEdge : tile.mesh->fineEdge)[e].count;
+  return count;
+}
+
+Cost costOf(const Frame& frame) {
+  Cost cost;
+  std::set<std::uint64_t> seen;
+  for (const DrawnTile& tile : frame.tiles) {
+    cost.tiles += 1.0;
+    cost.triangles += static_cast<double>(indicesDrawn(tile)) / 3.0;
+    for (const auto& picture : {tile.colour, tile.relief}) {
+      if (picture && seen.insert(picture->serial).second)
+        cost.texels += static_cast<double>(picture->mips.front().samples.size());
+    }
+  }
+  return cost;
+}
+
+/// Alike everywhere and in all directions, on all scales down to metres: noise between the corners of cubes in space.
+double noiseAt(const geo::Vec3& p, std::uint64_t seed) {
+  const geo::Vec3 base(std::floor(p.x), std::floor(p.y), std::floor(p.z));
+  const auto smooth = [](double x) { return x * x * (3.0 - 2.0 * x); };
+  const geo::Vec3 f(smooth(p.x - base.x), smooth(p.y - base.y), smooth(p.z - base.z));
+  double sum = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const geo::Vec3 d(corner & 1, (corner >> 1) & 1, corner >> 2);
+    const geo::Vec3 at = base + d;
+    std::uint64_t h = seed;
+    for (const double v : {at.x, at.y, at.z}) {
+      h = (h ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(v))) * 0x9e3779b97f4a7c15u;
+      h ^= h >> 29;
+    }
+    const double weight = (d.x > 0 ? f.x : 1 - f.x) * (d.y > 0 ? f.y : 1 - f.y) * (d.z > 0 ? f.z : 1 - f.z);
+    sum += weight * (static_cast<double>((h * 0xbf58476d1ce4e5b9u) >> 11) * 0x1p-52 - 1.0);
+  }
+  return sum;
+}
+double reliefAt(const geo::Direction& d) {
+  // Turned, so that no axis of the noise is one of the body.
+  const geo::Vec3 p(0.8 * d.n.x + 0.48 * d.n.y + 0.36 * d.n.z, -0.6 * d.n.x + 0.64 * d.n.y + 0.48 * d.n.z,
+                    -0.6 * d.n.y + 0.8 * d.n.z);
+  double height_m = 0.0;
+  double size_m = 3000.0;
+  double frequency = 4.0;
+  for (int octave = 0; octave < 18; ++octave, frequency *= 2.0, size_m *= 0.55)
+    height_m += size_m * noiseAt(p * frequency, static_cast<std::uint64_t>(octave));
+  return height_m;
+}
+
+constexpr int kDepth = 14;
+
+std::unique_ptr<Globe> planetOf(Scheme scheme, bool withRelief) {
+  Scene scene;
+  scene.tiling = scheme;
+  GlobeLayers layers;
+  if (withRelief) {
+    auto elevation = std::make_shared<ProceduralSource>(raster::Kind::elevation, scheme, kDepth);
+    elevation->height = reliefAt;
+    elevation->heightBound_m = 8000.0;
+    elevation->error_m = [](int level) { return 3000.0 * std::pow(0.55, level + 2.0); };
+    layers.elevation = {elevation};
+    layers.imagery = {{.source = std::make_shared<ProceduralSource>(raster::Kind::imagery, scheme, kDepth)}};
+  }
+  return Globe::fromLayers(scene, std::move(layers), {}).value();
+}
+
+struct Sight {
+  double aboveGround_m;
+  double pitch;
+};
+
+/// From 4 radii to 100 m, straight down and aslant. From far out what looks aslant sees the sky.
+std::vector<Sight> sights(double octaves) {
+  std::vector<Sight> all;
+  for (double octave = 0.0; octave < 18.1; octave += octaves) {
+    const double above_m = 4.0 * geo::earth().ellipsoid.semiMajorAxis_m() * std::exp2(-octave);
+    all.push_back({above_m, -90.0});
+    if (above_m < 4e6) all.push_back({above_m, -30.0});
+  }
+  return all;
+}
+
+Cost costOf(Globe& globe, const Place& place, const Sight& sight, bool withRelief) {
+  const double ground_m = withRelief ? reliefAt(geo::directionFromDegrees(place.lat, place.lon)) : 0.0;
+  const Camera camera{.position = {.lat = geo::Angle::degrees(place.lat),
+                                   .lon = geo::Angle::degrees(place.lon),
+                                   .height_m = ground_m + sight.aboveGround_m},
+                      .heading = geo::Angle::degrees(30.0),
+                      .pitch = geo::Angle::degrees(sight.pitch),
+                      .roll = {}};
+  const View view = viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 512, .height = 384});
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (std::chrono::steady_clock::now() < end) {
+    const Frame& frame = globe.update(view, {});
+    if (frame.complete) return costOf(frame);
+    globe.waitForArrivals(1000ms);
+  }
+  ADD_FAILURE() << "never complete";
+  return {};
+}
+
+Cost largest(const Cost& a, const Cost& b) {
+  return {std::max(a.tiles, b.tiles), std::max(a.triangles, b.triangles), std::max(a.texels, b.texels)};
+}
+Cost sum(const Cost& a, const Cost& b) {
+  return {a.tiles + b.tiles, a.triangles + b.triangles, a.texels + b.texels};
+}
+
+/// How much more a pole may cost than the dearest of some places on the equator, whose tiles lie in the picture this
+/// way and that.
+struct Allowed {
+  double tiles;  ///< and texels, which go with them
+  double triangles;
+};
+
+struct Costs {
+  Cost pole;
+  Cost equator;
+};
+
+void expectNoMore(const Costs& costs, const Allowed& allowed, const std::string& where) {
+  EXPECT_GT(costs.pole.tiles, 0.0) << where;
+  EXPECT_LE(costs.pole.tiles, allowed.tiles * costs.equator.tiles) << where;
+  EXPECT_LE(costs.pole.texels, allowed.tiles * costs.equator.texels) << where;
+  EXPECT_LE(costs.pole.triangles, allowed.triangles * costs.equator.triangles) << where;
+}
+
+class PoleCost : public testing::TestWithParam<Scheme> {
+ protected:
+  void open(bool withRelief) {
+    withRelief_ = withRelief;
+    while (globes_.size() < kPlaces.size())
+      globes_.push_back(planetOf(GetParam(), withRelief));
+  }
+  /// The largest of the two poles and of the equator's places.
+  Costs of(const Sight& sight) {
+    Costs costs;
+    for (std::size_t i = 0; i < kPlaces.size(); ++i) {
+      Cost& among = i < 2 ? costs.pole : costs.equator;
+      among = largest(among, costOf(*globes_[i], kPlaces[i], sight, withRelief_));
+    }
+    return costs;
+  }
+
+ private:
+  static constexpr std::array kPlaces{Place{90, 0}, Place{-90, 20}, Place{0, 0},
+                                      Place{0, 23}, Place{0, 70.3}, Place{0, 157}};
+  std::vector<std::unique_ptr<Globe>> globes_;
+  bool withRelief_ = false;
+};
+INSTANTIATE_TEST_SUITE_P(All, PoleCost, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
+                         [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
+
+/// HEALPix's lines of u and v are bent around its poles at every scale, so there its meshes keep more vertices, and
+/// tiles that miss the ground by them are split once more. It stays bounded.
+Allowed allowedOn(Scheme scheme) {
+  return scheme == Scheme::healpix ? Allowed{4.0, 40.0} : Allowed{1.25, 1.25};
+}
+
+TEST_P(PoleCost, isNoMoreThanTheEquatorsInTheSameViewOfReliefAndPictures) {
+  open(true);
+  Cost most;
+  for (const Sight& sight : sights(3.0)) {
+    const Costs costs = of(sight);
+    most = largest(most, {costs.pole.tiles / costs.equator.tiles, costs.pole.triangles / costs.equator.triangles,
+                          costs.pole.texels / costs.equator.texels});
+    expectNoMore(costs, allowedOn(GetParam()),
+                 std::to_string(sight.aboveGround_m) + " m, pitch " + std::to_string(sight.pitch));
+  }
+  std::printf("poles cost at most %.2f times the tiles, %.2f the triangles, %.2f the texels\n", most.tiles,
+              most.triangles, most.texels);
+}
+
+/// On the bare ellipsoid all tiles of a level are split at nearly one height, which is not the same here and there:
+/// over the heights it must even out.
+TEST_P(PoleCost, isNoMoreThanTheEquatorsOverTheBareEllipsoid) {
+  if (GetParam() == Scheme::healpix) GTEST_SKIP() << "its lines bent around the poles are all that there is to refine";
+  open(false);
+  Costs total;
+  for (const Sight& sight : sights(0.5)) {
+    const Costs costs = of(sight);
+    total = {sum(total.pole, costs.pole), sum(total.equator, costs.equator)};
+    EXPECT_LE(costs.pole.triangles, 1.5 * costs.equator.triangles)
+        << sight.aboveGround_m << " m, pitch " << sight.pitch;
+  }
+  std::printf("poles %.0f tiles, %.0f triangles, equator %.0f, %.0f\n", total.pole.tiles, total.pole.triangles,
+              total.equator.tiles, total.equator.triangles);
+  expectNoMore(total, {1.25, 1.1}, "all heights");
+}
+
+}  // namespace
+}  // namespace tellurion::scene
