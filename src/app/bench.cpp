@@ -49,7 +49,8 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
                                            picture.verticalFov(), picture.viewport());
     scene::CutOptions cut = picture.cut();
     cut.time_s = now.count();
-    frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut)));
+    frames.push_back(
+        drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut, &studio.renderer.residency())));
     frames.back().time_s = now.count();
     line.show(static_cast<std::uint64_t>(now.count() * 1000),
               static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");
@@ -90,6 +91,7 @@ nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const 
   summary["tiles_drawn_max"] = most([](const FrameFigures& f) { return f.render.tilesDrawn; });
   summary["draw_calls_max"] = most([](const FrameFigures& f) { return f.render.drawCalls; });
   summary["tiles_wanted_max"] = most([](const FrameFigures& f) { return f.scene.tilesWanted; });
+  summary["upload_bytes_max"] = most([](const FrameFigures& f) { return f.render.uploadBytes; });
   summary["gpu_bytes_max"] = most([](const FrameFigures& f) { return f.render.gpuBytes; });
   summary["cpu_cache_bytes_max"] = most([](const FrameFigures& f) { return f.scene.cpuCacheBytes; });
   summary["requests"] = frames.back().scene.requests;
@@ -161,6 +163,7 @@ void addBench(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("bench", "Play a camera path in real time and measure the frames");
   addPictureArguments(*command, arguments->picture);
+  addUploadsArgument(*command, arguments->picture);
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);

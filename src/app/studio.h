@@ -24,15 +24,21 @@ struct PictureArguments {
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
   bool noMorph = false;
+  double gpuMemory_MiB = 512.0;
+  double uploads_MiB = 8.0;  ///< copied to the GPU for one frame at most; 0: no limit
 
   scene::CutOptions cut() const;
+  render::RendererOptions renderer() const;
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration and --no-morph,
-/// checked as they are read: what is wrong is wrong use.
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --mesh, --background, --exaggeration, --no-morph and
+/// --gpu-memory, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments);
+
+/// --uploads, for what draws in real time; pictures that wait for their data copy what they need.
+void addUploadsArgument(CLI::App& command, PictureArguments& arguments);
 
 /// A check for an option that holds a number; CLI11's own range lets NaN through.
 CLI::Validator between(double low, double high);

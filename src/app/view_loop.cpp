@@ -36,9 +36,9 @@ std::string place(const geo::Geodetic& g) {
                      lon < 0 ? 'W' : 'E');
 }
 
-/// Nothing more will come: all is there, or the budget of tiles is spent.
+/// Nothing more will come: all is there and on the GPU, or the budget of tiles is spent.
 bool isSettled(const scene::Frame& frame) {
-  return frame.statistics.tilesWanted == 0;
+  return frame.statistics.tilesWanted == 0 && frame.statistics.tilesHeldBack == 0;
 }
 
 bool isEmpty(scene::Viewport size) {
@@ -177,7 +177,7 @@ void ViewLoop::adjustToWindow() {
 // the eye stays above both. Raised, it sees another frame, so this is done again.
 const scene::Frame& ViewLoop::frameAboveGround() {
   controls_.keepAboveGround(ground_);
-  const scene::Frame* frame = &globe_.update(controls_.view(), cut_);
+  const scene::Frame* frame = &globe_.update(controls_.view(), cut_, &renderer_.residency());
   const scene::Ground seen{ground_.ellipsoid, [&](const geo::Direction& d) {
                              const auto known_m = globe_.groundHeight_m(d);
                              const auto drawn_m = scene::drawnHeight_m(*frame, tiling_, ground_.ellipsoid, d);
@@ -187,7 +187,7 @@ const scene::Frame& ViewLoop::frameAboveGround() {
     const geo::BodyPosition before = controls_.view().eye;
     controls_.keepAboveGround(seen);
     if (controls_.view().eye == before) break;
-    frame = &globe_.update(controls_.view(), cut_);
+    frame = &globe_.update(controls_.view(), cut_, &renderer_.residency());
   }
   return *frame;
 }
@@ -207,7 +207,7 @@ io::Result<void> ViewLoop::drawPicture() {
   frame_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   setComplete(isSettled(frame));
   lastDrawn_ = Clock::now();
-  pictureStale_ = frame.morphing;
+  pictureStale_ = frame.morphing || frame.statistics.tilesHeldBack > 0;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
@@ -255,7 +255,8 @@ std::vector<std::string> ViewLoop::statusParts() const {
 
 std::string ViewLoop::statusRight() const {
   std::string text = fmt::format("{:.0f} ms", frame_ms_);
-  if (!complete_) text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted) + text;
+  if (!complete_)
+    text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted + figures_.scene.tilesHeldBack) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;

@@ -43,14 +43,16 @@ struct Waiting {
 
 /// What a cut is made in: its memory is kept.
 struct Buffers {
-  std::vector<Node> nodes;     ///< the roots first, in their order
-  std::vector<Waiting> queue;  ///< a heap
-  CornerLattice corners;       ///< where nothing is remembered
+  std::vector<Node> nodes;      ///< the roots first, in their order
+  std::vector<Waiting> queue;   ///< a heap
+  std::vector<Waiting> costly;  ///< what would copy to the GPU
+  CornerLattice corners;        ///< where nothing is remembered
   Selection out;
 
   void clear() {
     nodes.clear();
     queue.clear();
+    costly.clear();
     Selection fresh;
     std::swap(fresh.drawn, out.drawn);
     std::swap(fresh.wanted, out.wanted);
@@ -67,6 +69,7 @@ class Cut {
       const CutOptions& options, double occluderDepth_m, TileTree& tree, const CutHistory* history)
       : nodes_(buffers.nodes),
         queue_(buffers.queue),
+        costly_(buffers.costly),
         ownCorners_(buffers.corners),
         out_(buffers.out),
         tiling_(tiling),
@@ -80,25 +83,60 @@ class Cut {
         history_(options.morph ? history : nullptr) {}
 
   void run() {
+    grow();
+    if (history_ != nullptr && copies_bytes_ > options_.copies_bytes) growWithinCopies();
+    collect();
+  }
+
+ private:
+  void grow() {
     leaves_ = static_cast<std::size_t>(tiling_.rootCount());
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const int node = add({.level = 0, .root = static_cast<std::uint8_t>(root)}, -1);
       if (!at(node).facts->drawable) want(at(node).id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
+    refine();
+  }
+
+  /// Starts again: first with the splits that cost no copy, so that it is known what is drawn in any case. What is
+  /// refused while others are on their way down may have its turn once they are there. Wanted stays what the whole cut
+  /// asked for.
+  void growWithinCopies() {
+    nodes_.clear();
+    queue_.clear();
+    out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
+    out_.cappedByBudget = false;
+    copies_bytes_ = 0;
+    stage_ = Stage::free;
+    grow();
+    stage_ = Stage::copying;
+    for (std::size_t before = 0; !costly_.empty() && before != nodes_.size() && !out_.cappedByBudget;) {
+      before = nodes_.size();
+      std::swap(queue_, costly_);
+      std::make_heap(queue_.begin(), queue_.end());
+      refine();
+    }
+    out_.heldBack = static_cast<int>(costly_.size());
+  }
+
+  void refine() {
     while (!queue_.empty() && !out_.cappedByBudget) {
       const Waiting worst = queue_.front();
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
       if (at(worst.node).firstChild < 0) {
+        if (worst.need == kKept && mayMerge(at(worst.node))) continue;
         at(worst.node).kept = worst.need == kKept;
-        if (!split(worst.node, worst.need)) continue;
+        refused_ = false;
+        if (!split(worst.node, worst.need, false)) {
+          if (refused_) costly_.push_back(worst);
+          continue;
+        }
       }
       if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
-    collect();
   }
 
- private:
   static constexpr double kMissingRoot = 1e9;
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
   static constexpr double kAboveRounding = 1e-6;
@@ -119,10 +157,11 @@ class Cut {
     // What is only there until it looks like its parent asks for nothing below it.
     if (parent >= 0 && at(parent).kept) node.need = std::min(node.need, 1.0);
     nodes_.push_back(node);
+    copies_bytes_ += copiesOf(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
       enqueue(node.need, id, index);
-    } else if (node.before == Before::below && node.seen && !isBackOnItsSurface(node)) {
+    } else if (node.before == Before::below && node.seen && (stage_ != Stage::whole || !isBackOnItsSurface(node))) {
       enqueue(kKept, id, index);
     }
     return index;
@@ -143,7 +182,7 @@ class Cut {
   }
 
   /// The children that were drawn all look like their parent.
-  bool isBackOnItsSurface(const Node& node) {
+  bool isBackOnItsSurface(const Node& node) const {
     for (int q = 0; q < 4; ++q) {
       const tiling::TileId child = node.id.child(q);
       const auto was = history_->last->find(child);
@@ -152,6 +191,25 @@ class Cut {
       if (!isOnParentsSurface(*tree_.facts(child), child.level, history_->last->corners)) return false;
     }
     return true;
+  }
+
+  /// Bytes that drawing it would copy.
+  static std::uint64_t copiesOf(const Node& node) { return node.seen ? node.facts->copy_bytes : 0; }
+
+  /// It was split, and may be drawn itself again.
+  bool mayMerge(const Node& node) const {
+    const bool fits = stage_ == Stage::whole || copies_bytes_ <= std::max(options_.copies_bytes, copiesOf(node));
+    return fits && isBackOnItsSurface(node);
+  }
+
+  /// The children need not wait for a later frame: they cost no copy, or what is left for copies is enough.
+  bool mayCopyChildren(const Node& node) {
+    std::uint64_t children = 0;
+    for (int q = 0; q < 4 && node.seen; ++q)
+      children += tree_.facts(node.id.child(q))->copy_bytes;
+    const std::uint64_t others = copies_bytes_ - copiesOf(node);
+    if (children <= copiesOf(node)) return true;
+    return stage_ == Stage::copying && (others == 0 || others + children <= options_.copies_bytes);
   }
 
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
@@ -240,9 +298,11 @@ class Cut {
   }
 
   /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
-  /// loaded yet, or has to morph first; then nothing but coarser neighbours may have changed.
-  bool split(int node, double priority) {
+  /// loaded yet, has to morph first, or has to be copied later; then nothing but coarser neighbours may have changed.
+  bool split(int node, double priority, bool atAnyCost) {
     const tiling::TileId id = at(node).id;
+    // Else what is drawn finer now would vanish for a frame.
+    atAnyCost = atAnyCost || stage_ == Stage::whole || at(node).before == Before::below;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     if (static_cast<int>(leaves_) + 3 > options_.maxTiles) {
       out_.cappedByBudget = out_.cappedByBudget || priority > 1.0;
@@ -253,7 +313,7 @@ class Cut {
     forEachTouching(id, [&](const tiling::TileId& neighbour) {
       for (int cover = covering(neighbour); balanced && at(cover).id.level < id.level && isSeen(cover);
            cover = covering(neighbour)) {
-        balanced = split(cover, priority);
+        balanced = split(cover, priority, atAnyCost);
       }
     });
     if (!mayPart(at(node))) {
@@ -262,6 +322,11 @@ class Cut {
       return false;
     }
     if (!balanced) return false;
+    if (!atAnyCost && !mayCopyChildren(at(node))) {
+      refused_ = true;
+      return false;
+    }
+    copies_bytes_ -= copiesOf(at(node));
     const int first = static_cast<int>(nodes_.size());
     for (int q = 0; q < 4; ++q)
       add(id.child(q), node);
@@ -401,6 +466,7 @@ class Cut {
 
   std::vector<Node>& nodes_;
   std::vector<Waiting>& queue_;
+  std::vector<Waiting>& costly_;
   CornerLattice& ownCorners_;
   Selection& out_;
   const tiling::Tiling& tiling_;
@@ -413,6 +479,13 @@ class Cut {
   TileTree& tree_;
   const CutHistory* history_;
   std::size_t leaves_ = 0;
+  std::uint64_t copies_bytes_ = 0;  ///< that drawing the leaves would take
+  enum class Stage : std::uint8_t {
+    whole,
+    free,
+    copying
+  } stage_ = Stage::whole;  ///< whatever it costs; else see growWithinCopies
+  bool refused_ = false;    ///< a split, for its copies
 };
 
 }  // namespace

@@ -30,6 +30,9 @@ struct CutOptions {
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
   double fade_s = 0.3;
+  /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
+  /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.
+  std::uint64_t copies_bytes = std::uint64_t{8} << 20;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -47,6 +50,8 @@ struct TileFacts {
   TileCorners corners;  ///< known from the start
   /// The spacing of its samples, whatever its mesh makes of them; 0 on the deepest level. Known once it is drawable.
   double spacing_m = 0.0;
+  /// That must be copied to the GPU to draw it; 0 when all of it is there. A picture of an ancestor counts in part.
+  std::uint64_t copy_bytes = 0;
 };
 
 /// Where select() finds its facts.
@@ -76,6 +81,7 @@ struct Selection {
   int visited = 0;
   int culledFrustum = 0;
   int culledHorizon = 0;
+  int heldBack = 0;                ///< splits that wait for a later frame, since CutOptions::copies_bytes is spent
   bool cappedByBudget = false;     ///< maxTiles left something coarser than the tolerance
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn
@@ -108,10 +114,11 @@ struct CutHistory {
 /// all taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
 /// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
-/// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
-/// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
-/// become their parent only once they are back on its. occluderDepth_m: how far below the ellipsoid the deepest ground
-/// of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
+/// theirs too. What is drawn already is split as it was; what else the copies allow is split worst first. A pure
+/// function of its arguments, `tree` included: nothing is remembered but in `history`, where it is given: then a tile
+/// that was drawn is split only once it has wholly left its parent's surface, and four children become their parent
+/// only once they are back on its. occluderDepth_m: how far below the ellipsoid the deepest ground of the body lies, >=
+/// 0 (horizon culling hides nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);
