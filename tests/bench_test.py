@@ -16,8 +16,8 @@ import xml.etree.ElementTree
 
 SKIPPED = 77
 SVG = "{http://www.w3.org/2000/svg}"
-CONTRACT = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "quality", "complete", "tiles_wanted",
-            "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
+CONTRACT = ["frame_ms", "update_ms", "upload_ms", "upload_bytes", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "quality", "complete", "tiles_wanted",
+            "tiles_held_back", "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
 
 
 class Bench(unittest.TestCase):
@@ -130,6 +130,18 @@ class Bench(unittest.TestCase):
         self.assertEqual(qualities, sorted(qualities, reverse=True))  # even the floor is too slow
         fast = json.loads(self.bench("--quality", "auto", "--frame-ms", 10000, "--json"))
         self.assertEqual(fast["quality_min"], 1)
+
+    def test_uploads(self):
+        def most(*more):
+            frames = self.work / "uploads.csv"
+            self.bench("--stats", frames, *more)
+            rows = list(csv.DictReader(frames.read_text().splitlines()))
+            # In the first frames the roots come, all at once: 12 of a mesh and a relief.
+            return max(int(row["upload_bytes"]) for row in rows if int(row["tiles_drawn"]) > 12)
+
+        self.assertLessEqual(most("--uploads", 0.5), 2**19)
+        self.assertGreater(most("--uploads", 0), 0)
+        self.assertEqual(self.run_program("render", self.database, "--camera", "0,0,6e6,0,-90,0", "--uploads", 1, "-o", self.work / "x.png").returncode, 2)
 
     def test_wrong_use(self):
         view = ("render", self.database, "--camera", "0,0,6e6,0,-90,0", "-o", self.work / "x.png")

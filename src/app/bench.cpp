@@ -51,7 +51,8 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
                                            picture.verticalFov(), picture.viewport());
     scene::CutOptions cut = scene::atQuality(picture.cut(), quality);
     cut.time_s = now.count();
-    frames.push_back(drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut)));
+    frames.push_back(
+        drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut, &studio.renderer.residency())));
     frames.back().time_s = now.count();
     frames.back().quality = quality;
     const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
@@ -97,6 +98,7 @@ nlohmann::ordered_json summaryOf(const std::vector<FrameFigures>& frames, const 
   summary["tiles_drawn_max"] = most([](const FrameFigures& f) { return f.render.tilesDrawn; });
   summary["draw_calls_max"] = most([](const FrameFigures& f) { return f.render.drawCalls; });
   summary["tiles_wanted_max"] = most([](const FrameFigures& f) { return f.scene.tilesWanted; });
+  summary["upload_bytes_max"] = most([](const FrameFigures& f) { return f.render.uploadBytes; });
   summary["gpu_bytes_max"] = most([](const FrameFigures& f) { return f.render.gpuBytes; });
   summary["cpu_cache_bytes_max"] = most([](const FrameFigures& f) { return f.scene.cpuCacheBytes; });
   summary["requests"] = frames.back().scene.requests;
@@ -170,6 +172,7 @@ void addBench(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("bench", "Play a camera path in real time and measure the frames");
   addPictureArguments(*command, arguments->picture, Pace::realTime);
+  addUploadsArgument(*command, arguments->picture);
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);

@@ -20,6 +20,7 @@ constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
 constexpr int kLargestSide = 16384;
 constexpr std::size_t kFailuresTold = 5;
+constexpr double kMebi = 1024.0 * 1024.0;
 
 std::optional<scene::Viewport> sizeFrom(const std::string& text) {
   scene::Viewport size;
@@ -106,11 +107,17 @@ scene::CutOptions PictureArguments::cut() const {
     cut.tolerance_px = std::numeric_limits<double>::infinity();
     cut.maxSpacing_px = 1.0 / std::sqrt(verticesPerPixel);
   }
+  cut.copies_bytes =
+      uploads_MiB > 0.0 ? static_cast<std::uint64_t>(uploads_MiB * kMebi) : std::numeric_limits<std::uint64_t>::max();
   return cut;
 }
 
 scene::CutOptions PictureArguments::cutAtQuality() const {
   return scene::atQuality(cut(), quality);
+}
+
+render::RendererOptions PictureArguments::renderer() const {
+  return {.gpuBudgetBytes = static_cast<std::uint64_t>(gpuMemory_MiB * kMebi)};
 }
 
 scene::Viewport PictureArguments::viewport() const {
@@ -164,6 +171,17 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
       .add_option("--max-mib", arguments.maxMebibytes,
                   "Likewise with meshes and pictures of no more mebibytes; else any number")
       ->check(CLI::Range(16, 1000000));
+  command.add_option("--gpu-memory", arguments.gpuMemory_MiB, "MiB for meshes and textures on the GPU")
+      ->check(between(1.0, 65536.0))
+      ->capture_default_str();
+}
+
+void addUploadsArgument(CLI::App& command, PictureArguments& arguments) {
+  command
+      .add_option("--uploads", arguments.uploads_MiB,
+                  "MiB that a frame may copy to the GPU; the rest waits for the next frames. 0: all at once")
+      ->check(between(0.0, 65536.0))
+      ->capture_default_str();
 }
 
 CLI::Validator between(double low, double high) {
@@ -195,7 +213,7 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
   if (!globe) return tl::unexpected(globe.error());
   auto context = render::HeadlessContext::create();
   if (!context) return tl::unexpected(context.error());
-  auto renderer = render::Renderer::create();
+  auto renderer = render::Renderer::create(arguments.renderer());
   if (!renderer) return tl::unexpected(renderer.error());
   auto target = render::RenderTarget::create(arguments.viewport());
   if (!target) return tl::unexpected(target.error());
@@ -237,10 +255,11 @@ void warnOfBudget(const char* command, const PictureArguments& arguments, const 
   std::string budget = fmt::format("{} tiles (--max-tiles)", arguments.maxTiles);
   if (arguments.maxTriangles > 0) budget += fmt::format(" or {} triangles (--max-triangles)", arguments.maxTriangles);
   if (arguments.maxMebibytes > 0) budget += fmt::format(" or {} MiB (--max-mib)", arguments.maxMebibytes);
-  fmt::print(stderr,
-             "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
-             "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
-             command, budget, frame.statistics.maxScreenError_px);
+  fmt::print(
+      stderr,
+      "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
+      "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
+      command, budget, frame.statistics.maxScreenError_px);
 }
 
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view) {

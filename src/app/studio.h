@@ -30,9 +30,12 @@ struct PictureArguments {
   int maxTiles = scene::CutOptions{}.maxTiles;
   std::int64_t maxTriangles = 0;  ///< 0: any number
   int maxMebibytes = 0;           ///< likewise
+  double gpuMemory_MiB = 512.0;
+  double uploads_MiB = 8.0;  ///< copied to the GPU for one frame at most; 0: no limit
 
   scene::CutOptions cut() const;           ///< at quality 1
   scene::CutOptions cutAtQuality() const;  ///< at the quality that was asked for
+  render::RendererOptions renderer() const;
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
 };
@@ -43,8 +46,11 @@ enum class Pace {
 };
 
 /// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
-/// --no-morph and the budgets, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
+/// --no-morph, the budgets and --gpu-memory, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
+
+/// --uploads, for what draws in real time; pictures that wait for their data copy what they need.
+void addUploadsArgument(CLI::App& command, PictureArguments& arguments);
 
 /// A check for an option that holds a number; CLI11's own range lets NaN through.
 CLI::Validator between(double low, double high);

@@ -43,7 +43,7 @@ io::Result<void> view(const ViewArguments& arguments) {
   const InterruptStop interrupt;
   auto globe = openGlobe(*scene, arguments.picture, interrupt.token());
   if (!globe) return tl::unexpected(globe.error());
-  auto renderer = render::Renderer::create();
+  auto renderer = render::Renderer::create(arguments.picture.renderer());
   if (!renderer) return tl::unexpected(renderer.error());
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
@@ -57,6 +57,7 @@ void addView(CLI::App& program) {
   auto arguments = std::make_shared<ViewArguments>();
   CLI::App* command = program.add_subcommand("view", "Opens an interactive window on a scene (docs/viewer.md)");
   addPictureArguments(*command, arguments->picture, Pace::realTime);
+  addUploadsArgument(*command, arguments->picture);
   command
       ->add_option("--camera", arguments->camera,
                    "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres, of which the last ones may be left out "

@@ -207,7 +207,7 @@ void ViewLoop::adjustToWindow() {
 const scene::Frame& ViewLoop::frameAboveGround() {
   controls_.keepAboveGround(ground_);
   const scene::CutOptions cut = scene::atQuality(cut_, figures_.quality);
-  const scene::Frame* frame = &globe_.update(controls_.view(), cut);
+  const scene::Frame* frame = &globe_.update(controls_.view(), cut, &renderer_.residency());
   const scene::Ground seen{ground_.ellipsoid, [&](const geo::Direction& d) {
                              const auto known_m = globe_.groundHeight_m(d);
                              const auto drawn_m = scene::drawnHeight_m(*frame, tiling_, ground_.ellipsoid, d);
@@ -217,7 +217,7 @@ const scene::Frame& ViewLoop::frameAboveGround() {
     const geo::BodyPosition before = controls_.view().eye;
     controls_.keepAboveGround(seen);
     if (controls_.view().eye == before) break;
-    frame = &globe_.update(controls_.view(), cut);
+    frame = &globe_.update(controls_.view(), cut, &renderer_.residency());
   }
   return *frame;
 }
@@ -244,16 +244,17 @@ io::Result<void> ViewLoop::drawPicture() {
   if (isControlled)
     control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
   tellComplete(frame);
-  pictureStale_ = frame.morphing;
+  pictureStale_ = frame.morphing || frame.statistics.tilesHeldBack > 0;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
   return {};
 }
 
-/// Whether nothing more will come: all is there, or the budget of tiles is spent, at full quality.
+/// Whether nothing more will come: all is there and on the GPU, or a budget is spent, at full quality.
 void ViewLoop::tellComplete(const scene::Frame& frame) {
-  const bool complete = frame.statistics.tilesWanted == 0 && figures_.quality == quality_.full;
+  const bool complete =
+      frame.statistics.tilesWanted == 0 && frame.statistics.tilesHeldBack == 0 && figures_.quality == quality_.full;
   if (complete != complete_) window_.setTitle(complete ? title_ : "(loading) " + title_);
   complete_ = complete;
 }
@@ -294,8 +295,8 @@ std::vector<std::string> ViewLoop::statusParts() const {
 
 std::string ViewLoop::statusRight() const {
   std::string text = fmt::format("{:.0f} ms", frame_ms_);
-  if (!complete_ && figures_.scene.tilesWanted > 0)
-    text = fmt::format("loading {} tiles   ", figures_.scene.tilesWanted) + text;
+  const int missing = figures_.scene.tilesWanted + figures_.scene.tilesHeldBack;
+  if (!complete_ && missing > 0) text = fmt::format("loading {} tiles   ", missing) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;

@@ -44,9 +44,10 @@ double distanceAtGap(const Raster<float>& samples, int column, int row, double h
   for (const int reach : kReaches) {
     double low = std::numeric_limits<double>::infinity();
     double high = -low;
-    for (int r = std::max(row + kGutter - reach, 0); r <= std::min(row + kGutter + 1 + reach, samples.height - 1); ++r) {
-      for (int c = std::max(column + kGutter - reach, 0); c <= std::min(column + kGutter + 1 + reach, samples.width - 1);
-           ++c) {
+    for (int r = std::max(row + kGutter - reach, 0); r <= std::min(row + kGutter + 1 + reach, samples.height - 1);
+         ++r) {
+      for (int c = std::max(column + kGutter - reach, 0);
+           c <= std::min(column + kGutter + 1 + reach, samples.width - 1); ++c) {
         if (raster::isNoData(samples.at(c, r))) continue;
         low = std::min(low, static_cast<double>(samples.at(c, r)));
         high = std::max(high, static_cast<double>(samples.at(c, r)));
@@ -76,9 +77,9 @@ double distanceToDescendant(const tiling::TileId& id, const Raster<float>& sampl
       if (raster::isNoData(height)) continue;
       const Between column = between(x0 + c, levels, cells);
       const double surface = surfaceAt(samples, column, row);
-      const double distance =
-          std::isnan(surface) ? distanceAtGap(samples, column.index, row.index, static_cast<double>(height), scale)
-                              : std::abs(static_cast<double>(height) - surface);
+      const double distance = std::isnan(surface)
+                                  ? distanceAtGap(samples, column.index, row.index, static_cast<double>(height), scale)
+                                  : std::abs(static_cast<double>(height) - surface);
       largest = std::max(largest, distance);
     }
   }

@@ -161,15 +161,18 @@ void DebugPass::fillWires(const DrawnTerrain& terrain, bool overTints) {
 }
 
 int DebugPass::drawTiles(const DrawnTerrain& terrain) {
-  if (terrain.commands == 0) return 0;
+  const GLuint vertexArray = terrain.geometry->vertexArray();
   stream(recordBuffer_, records_);
   glUseProgram(tileProgram_.name());
-  glVertexArrayVertexBuffer(terrain.vertexArray, terrain.recordBinding, recordBuffer_.name(), 0, sizeof(TileRecord));
-  glBindVertexArray(terrain.vertexArray);
+  glVertexArrayVertexBuffer(vertexArray, terrain.recordBinding, recordBuffer_.name(), 0, sizeof(TileRecord));
+  glBindVertexArray(vertexArray);
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, terrain.commandBuffer);
-  glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, nullptr, static_cast<GLsizei>(terrain.commands), 0);
-  glVertexArrayVertexBuffer(terrain.vertexArray, terrain.recordBinding, terrain.recordBuffer, 0, sizeof(TileRecord));
-  return 1;
+  for (const CommandRun& run : terrain.runs) {
+    terrain.geometry->bind(run.chunk);
+    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, run.offset(), static_cast<GLsizei>(run.count), 0);
+  }
+  glVertexArrayVertexBuffer(vertexArray, terrain.recordBinding, terrain.recordBuffer, 0, sizeof(TileRecord));
+  return static_cast<int>(terrain.runs.size());
 }
 
 void DebugPass::collectLines(const scene::Frame& frame) {

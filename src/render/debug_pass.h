@@ -13,18 +13,18 @@ namespace tellurion::render {
 
 /// What the terrain's own pass has left on the GPU for this frame: the debug views draw the same triangles again.
 struct DrawnTerrain {
-  unsigned int vertexArray = 0;
-  unsigned int recordBinding = 0;  ///< of the vertex array; holds recordBuffer, and does so again afterwards
+  const GeometryArena* geometry = nullptr;  ///< not null
+  unsigned int recordBinding = 0;           ///< of its vertex array; holds recordBuffer, and does so again afterwards
   unsigned int recordBuffer = 0;
   unsigned int commandBuffer = 0;
   unsigned int frameBlock = 0;
-  std::size_t commands = 0;
+  std::span<const CommandRun> runs;  ///< all of the commands, a run a chunk
   std::span<const ResidentTile> tiles;
   std::span<const TileRecord> records;  ///< of the tiles
 };
 
-/// Draws what Frame::debug asks for over a picture: wireframe, tints, lines, each in one draw call, and the legend in
-/// none. Depth stays as it is. Move-only; GL thread only.
+/// Draws what Frame::debug asks for over a picture: wireframe and tints in one draw call for each chunk of meshes,
+/// lines in one, and the legend in none. Depth stays as it is. Move-only; GL thread only.
 class DebugPass {
  public:
   /// Compiles its shaders.

@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(scene::TerrainVertex);
 constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
-constexpr std::uint32_t kFirstUnits = 1u << 17u;  // 5 MiB of vertices
-constexpr double kVertexShare = 0.7;              // of a tile's geometry
+constexpr std::uint64_t kChunkBytes = 8u << 20u;
+constexpr std::uint64_t kSmallChunkBytes = 1u << 20u;  // the last one of the budget, and those beyond it
+constexpr double kVertexShare = 0.7;                   // of a tile's geometry
 
 void describeVertices(GLuint vao) {
   using V = scene::TerrainVertex;
@@ -37,92 +38,91 @@ void describeVertices(GLuint vao) {
   }
 }
 
-std::uint32_t unitsIn(double bytes, std::uint32_t unitBytes) {
+std::uint32_t unitsIn(double bytes, std::uint32_t unitBytes, std::size_t atLeast) {
   constexpr double kMost = std::numeric_limits<std::int32_t>::max();
-  return static_cast<std::uint32_t>(std::clamp(bytes / unitBytes, 1.0, kMost));
+  return static_cast<std::uint32_t>(std::clamp(bytes / unitBytes, static_cast<double>(atLeast), kMost));
 }
 
 }  // namespace
 
-GeometryArena::GeometryArena(std::uint64_t budgetBytes) {
-  const auto budget = static_cast<double>(budgetBytes);
-  vertices_.unitBytes = kVertexBytes;
-  vertices_.unitsInBudget = unitsIn(budget * kVertexShare, kVertexBytes);
-  indices_.unitBytes = kIndexBytes;
-  indices_.unitsInBudget = unitsIn(budget * (1.0 - kVertexShare), kIndexBytes);
+std::uint64_t bytesOf(const scene::TerrainMesh& mesh) {
+  return mesh.vertices.size() * kVertexBytes + mesh.indices.size() * kIndexBytes;
+}
+
+GeometryArena::GeometryArena(std::uint64_t budgetBytes) : budget_(budgetBytes) {
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   vertexArray_ = VertexArray(name);
   describeVertices(name);
 }
 
-std::uint64_t GeometryArena::bytes() const {
-  return std::uint64_t{vertices_.ranges.capacity()} * kVertexBytes +
-         std::uint64_t{indices_.ranges.capacity()} * kIndexBytes;
-}
-
 const MeshPlace* GeometryArena::upload(const scene::TerrainMesh& mesh, std::uint64_t frame) {
-  MeshPlace place;
-  place.vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
-  place.indexCount = static_cast<std::uint32_t>(mesh.indices.size());
-  if (place.vertexCount == 0 || place.indexCount == 0) return nullptr;
-  const auto firstVertex = makeRoom(vertices_, place.vertexCount, frame);
-  if (!firstVertex) return nullptr;
-  const auto firstIndex = makeRoom(indices_, place.indexCount, frame);
-  if (!firstIndex) {
-    vertices_.ranges.release(*firstVertex, place.vertexCount);
-    return nullptr;
-  }
-  place.firstVertex = *firstVertex;
-  place.firstIndex = *firstIndex;
-  glNamedBufferSubData(vertices_.buffer.name(), GLintptr{place.firstVertex} * kVertexBytes,
-                       GLsizeiptr{place.vertexCount} * kVertexBytes, mesh.vertices.data());
-  glNamedBufferSubData(indices_.buffer.name(), GLintptr{place.firstIndex} * kIndexBytes,
-                       GLsizeiptr{place.indexCount} * kIndexBytes, mesh.indices.data());
-  return resident_.insert(mesh.serial, frame, place);
+  if (mesh.vertices.empty() || mesh.indices.empty()) return nullptr;
+  const auto place = makeRoom(mesh, frame);
+  if (!place) return nullptr;
+  const Chunk& chunk = chunks_[place->chunk];
+  glNamedBufferSubData(chunk.vertexBuffer.name(), GLintptr{place->firstVertex} * kVertexBytes,
+                       GLsizeiptr{place->vertexCount} * kVertexBytes, mesh.vertices.data());
+  glNamedBufferSubData(chunk.indexBuffer.name(), GLintptr{place->firstIndex} * kIndexBytes,
+                       GLsizeiptr{place->indexCount} * kIndexBytes, mesh.indices.data());
+  return resident_.insert(mesh.serial, frame, *place);
 }
 
-std::optional<std::uint32_t> GeometryArena::makeRoom(Line& line, std::uint32_t count, std::uint64_t frame) {
-  while (true) {
-    if (const auto first = line.ranges.allocate(count)) return first;
-    const bool mayGrow = line.ranges.capacity() < line.unitsInBudget;
-    if (mayGrow && growLine(line, count)) continue;
-    if (const auto evicted = resident_.evictOldest(frame)) {
-      release(*evicted);
-    } else if (!growLine(line, count)) {
-      return std::nullopt;
-    }
+std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame) {
+  const auto last = [this] { return static_cast<std::uint32_t>(chunks_.size() - 1); };
+  for (std::uint32_t chunk = 0; chunk < chunks_.size(); ++chunk) {
+    if (const auto place = placeIn(chunk, mesh)) return place;
   }
+  const std::uint64_t left = budget_ - std::min(bytes_, budget_);
+  if (left >= kSmallChunkBytes && addChunk(std::min(kChunkBytes, left), mesh)) return placeIn(last(), mesh);
+  while (const auto evicted = resident_.evictOldest(frame)) {
+    release(*evicted);
+    if (const auto place = placeIn(evicted->chunk, mesh)) return place;
+  }
+  return addChunk(kSmallChunkBytes, mesh) ? placeIn(last(), mesh) : std::nullopt;
+}
+
+std::optional<MeshPlace> GeometryArena::placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh) {
+  const auto vertexCount = static_cast<std::uint32_t>(mesh.vertices.size());
+  const auto indexCount = static_cast<std::uint32_t>(mesh.indices.size());
+  Chunk& c = chunks_[chunk];
+  const auto firstVertex = c.vertices.allocate(vertexCount);
+  if (!firstVertex) return std::nullopt;
+  const auto firstIndex = c.indices.allocate(indexCount);
+  if (!firstIndex) {
+    c.vertices.release(*firstVertex, vertexCount);
+    return std::nullopt;
+  }
+  return MeshPlace{.chunk = chunk,
+                   .firstVertex = *firstVertex,
+                   .vertexCount = vertexCount,
+                   .firstIndex = *firstIndex,
+                   .indexCount = indexCount};
 }
 
 void GeometryArena::release(const MeshPlace& place) {
-  vertices_.ranges.release(place.firstVertex, place.vertexCount);
-  indices_.ranges.release(place.firstIndex, place.indexCount);
+  chunks_[place.chunk].vertices.release(place.firstVertex, place.vertexCount);
+  chunks_[place.chunk].indices.release(place.firstIndex, place.indexCount);
 }
 
-// Doubles up to the budget; beyond it only by what is asked for.
-bool GeometryArena::growLine(Line& line, std::uint32_t count) {
-  const std::uint64_t old = line.ranges.capacity();
-  const std::uint64_t doubled = std::max<std::uint64_t>({kFirstUnits, 2 * old, old + count});
-  const std::uint64_t wanted = old < line.unitsInBudget ? std::min<std::uint64_t>(doubled, line.unitsInBudget)
-                                                        : old + std::max(count, kFirstUnits / 4);
-  if (wanted > std::numeric_limits<std::int32_t>::max()) return false;
-  Buffer larger = makeBuffer(wanted * line.unitBytes);
-  if (!larger) return false;
-  if (old > 0) {
-    glCopyNamedBufferSubData(line.buffer.name(), larger.name(), 0, 0, static_cast<GLsizeiptr>(old * line.unitBytes));
-  }
-  line.buffer = std::move(larger);
-  line.ranges.grow(static_cast<std::uint32_t>(wanted));
-  bindBuffers();
+/// Of about `bytes`; the mesh fits in.
+bool GeometryArena::addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh) {
+  const auto share = static_cast<double>(bytes);
+  const std::uint32_t vertices = unitsIn(share * kVertexShare, kVertexBytes, mesh.vertices.size());
+  const std::uint32_t indices = unitsIn(share * (1.0 - kVertexShare), kIndexBytes, mesh.indices.size());
+  Chunk chunk{.vertexBuffer = makeBuffer(std::uint64_t{vertices} * kVertexBytes),
+              .indexBuffer = makeBuffer(std::uint64_t{indices} * kIndexBytes),
+              .vertices = RangeAllocator(vertices),
+              .indices = RangeAllocator(indices)};
+  if (!chunk.vertexBuffer || !chunk.indexBuffer) return false;
+  bytes_ += std::uint64_t{vertices} * kVertexBytes + std::uint64_t{indices} * kIndexBytes;
+  chunks_.push_back(std::move(chunk));
   return true;
 }
 
-void GeometryArena::bindBuffers() {
-  if (vertices_.buffer) {
-    glVertexArrayVertexBuffer(vertexArray_.name(), 0, vertices_.buffer.name(), 0, GLsizei{kVertexBytes});
-  }
-  if (indices_.buffer) glVertexArrayElementBuffer(vertexArray_.name(), indices_.buffer.name());
+void GeometryArena::bind(std::uint32_t chunk) const {
+  glVertexArrayVertexBuffer(vertexArray_.name(), 0, chunks_[chunk].vertexBuffer.name(), 0, GLsizei{kVertexBytes});
+  glVertexArrayElementBuffer(vertexArray_.name(), chunks_[chunk].indexBuffer.name());
 }
 
 }  // namespace tellurion::render

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "render/gl_objects.h"
 #include "render/range_allocator.h"
@@ -10,17 +11,22 @@
 
 namespace tellurion::render {
 
-/// Where a mesh lies in the arena, in vertices and indices.
+/// Where a mesh lies in the arena: a chunk of it, and in that, in vertices and indices.
 struct MeshPlace {
+  std::uint32_t chunk = 0;
   std::uint32_t firstVertex = 0;
   std::uint32_t vertexCount = 0;
   std::uint32_t firstIndex = 0;
   std::uint32_t indexCount = 0;
 };
 
-/// All meshes that are on the GPU, in one vertex and one index buffer, so that any of them go out in one draw call.
-/// Buffers start small and double; at the budget those used longest ago leave. What a frame needs always gets in, over
-/// the budget if it must: a hole in the ground is worse. GL thread only.
+/// What a copy of a mesh takes.
+std::uint64_t bytesOf(const scene::TerrainMesh& mesh);
+
+/// All meshes that are on the GPU, in chunks: a vertex and an index buffer each, so that meshes of a chunk go out in
+/// one draw call. A chunk is small enough to be made within a frame and is never moved; at the budget the meshes used
+/// longest ago leave. What a frame needs always gets in, over the budget if it must: a hole in the ground is worse. GL
+/// thread only.
 class GeometryArena {
  public:
   explicit GeometryArena(std::uint64_t budgetBytes);
@@ -31,26 +37,28 @@ class GeometryArena {
   /// after.
   const MeshPlace* upload(const scene::TerrainMesh& mesh, std::uint64_t frame);
 
-  /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them; element buffer bound. Its buffers change when the
-  /// arena grows.
+  /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them.
   unsigned int vertexArray() const { return vertexArray_.name(); }
-  std::uint64_t bytes() const;
-  std::size_t meshCount() const { return resident_.size(); }
+  /// Lets the vertex array read a chunk.
+  void bind(std::uint32_t chunk) const;
+  std::uint64_t bytes() const { return bytes_; }
+  const ResidentSet<MeshPlace>& resident() const { return resident_; }
 
  private:
-  struct Line {  // one growing buffer and who has which part of it
-    Buffer buffer;
-    RangeAllocator ranges;
-    std::uint32_t unitBytes = 0;
-    std::uint32_t unitsInBudget = 0;
+  struct Chunk {
+    Buffer vertexBuffer;
+    Buffer indexBuffer;
+    RangeAllocator vertices;
+    RangeAllocator indices;
   };
-  std::optional<std::uint32_t> makeRoom(Line& line, std::uint32_t count, std::uint64_t frame);
-  bool growLine(Line& line, std::uint32_t count);
-  void bindBuffers();
+  std::optional<MeshPlace> makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame);
+  std::optional<MeshPlace> placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh);
+  bool addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh);
   void release(const MeshPlace& place);
 
-  Line vertices_;
-  Line indices_;
+  std::uint64_t budget_;
+  std::uint64_t bytes_ = 0;
+  std::vector<Chunk> chunks_;
   VertexArray vertexArray_;
   ResidentSet<MeshPlace> resident_;
 };

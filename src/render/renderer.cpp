@@ -118,24 +118,31 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A tile in the order of drawing: by texture blocks, then from near to far.
+/// A tile in the order of drawing: by what one draw call may read, then from near to far.
 struct Turn {
+  std::uint32_t chunk = 0;
   std::uint32_t colourBlock = 0;
   std::uint32_t reliefBlock = 0;
   float distance = 0.0f;
   std::uint32_t tile = 0;
 
-  bool sameTextures(const Turn& o) const { return colourBlock == o.colourBlock && reliefBlock == o.reliefBlock; }
+  bool sameGroup(const Turn& o) const {
+    return chunk == o.chunk && colourBlock == o.colourBlock && reliefBlock == o.reliefBlock;
+  }
   bool operator<(const Turn& o) const {
-    return std::tie(colourBlock, reliefBlock, distance, tile) <
-           std::tie(o.colourBlock, o.reliefBlock, o.distance, o.tile);
+    return std::tie(chunk, colourBlock, reliefBlock, distance, tile) <
+           std::tie(o.chunk, o.colourBlock, o.reliefBlock, o.distance, o.tile);
   }
 };
 
 }  // namespace
 
-struct Renderer::Parts {
+struct Renderer::Parts final : scene::Residency {
   explicit Parts(Program terrainProgram, std::uint64_t budget);
+
+  MissingBytes missing(const scene::TerrainMesh& mesh, const scene::TextureImage* colour,
+                       const scene::TextureImage* relief) const override;
+  std::uint64_t departures() const override;
 
   void makeResident(const scene::Frame& frame, RenderStatistics& statistics);
   void orderTiles();
@@ -156,15 +163,18 @@ struct Renderer::Parts {
   std::uint64_t frameNumber = 0;
   // Kept from frame to frame only for their memory:
   std::vector<ResidentTile> tiles;
+  std::vector<ResidentTile> waiting;  // of Frame::soon
+  std::vector<std::uint64_t> refused;  // serials of this frame's pictures without room
+  std::uint64_t framesWithRefused = 0;
   std::vector<Turn> turns;
   std::vector<TileRecord> records;
   std::vector<DrawCommand> commands;
   struct Group {
-    Turn textures;
-    std::size_t firstCommand = 0;
-    std::size_t count = 0;
+    Turn nearest;
+    CommandRun run;
   };
   std::vector<Group> groups;
+  std::vector<CommandRun> chunkRuns;
 };
 
 Renderer::Parts::Parts(Program terrainProgram, std::uint64_t budget)
@@ -179,9 +189,30 @@ Renderer::Parts::Parts(Program terrainProgram, std::uint64_t budget)
   describeRecords(geometry.vertexArray(), recordBuffer.name());
 }
 
+scene::Residency::MissingBytes Renderer::Parts::missing(const scene::TerrainMesh& mesh,
+                                                        const scene::TextureImage* colour,
+                                                        const scene::TextureImage* relief) const {
+  const auto ofPicture = [&](const TexturePool& pool, const scene::TextureImage* image) {
+    const bool fine = image == nullptr || pool.resident().holds(image->serial) ||
+                      std::ranges::find(refused, image->serial) != refused.end();
+    return fine ? std::uint64_t{0} : bytesOf(*image);
+  };
+  return {.mesh = geometry.resident().holds(mesh.serial) ? std::uint64_t{0} : bytesOf(mesh),
+          .colour = ofPicture(colours, colour),
+          .relief = ofPicture(reliefs, relief)};
+}
+
+// Serials of pictures that found no room count as there for one frame.
+std::uint64_t Renderer::Parts::departures() const {
+  return 1 + geometry.resident().evictions() + colours.resident().evictions() + reliefs.resident().evictions() +
+         framesWithRefused;
+}
+
 // What is here already is touched before anything is copied, so that no copy drives out what this frame needs.
 void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& statistics) {
   ++frameNumber;
+  if (!refused.empty()) ++framesWithRefused;
+  refused.clear();
   tiles.clear();
   for (const scene::DrawnTile& tile : frame.tiles) {
     if (tile.mesh == nullptr) continue;
@@ -190,18 +221,32 @@ void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& 
                      .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
                      .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
   }
+  waiting.clear();
+  for (const scene::DrawnTile& tile : frame.soon) {
+    waiting.push_back({.tile = &tile,
+                       .mesh = geometry.touch(tile.mesh->serial, frameNumber),
+                       .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
+                       .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
+  }
   const auto bring = [&](auto& pool, const auto& payload, auto& place) {
     if (place != nullptr || payload == nullptr) return;
     place = pool.touch(payload->serial, frameNumber);  // another tile of this frame may have brought it
     if (place != nullptr) return;
     place = pool.upload(*payload, frameNumber);
-    statistics.uploads += place != nullptr ? 1 : 0;
-    statistics.tilesWithoutRoom += place == nullptr ? 1 : 0;
+    if (place != nullptr) {
+      ++statistics.uploads;
+      statistics.uploadBytes += bytesOf(*payload);
+    } else {
+      ++statistics.tilesWithoutRoom;
+      refused.push_back(payload->serial);
+    }
   };
-  for (ResidentTile& tile : tiles) {
-    bring(geometry, tile.tile->mesh, tile.mesh);
-    bring(colours, tile.tile->colour, tile.colour);
-    bring(reliefs, tile.tile->relief, tile.relief);
+  for (std::vector<ResidentTile>* some : {&tiles, &waiting}) {
+    for (ResidentTile& tile : *some) {
+      bring(geometry, tile.tile->mesh, tile.mesh);
+      bring(colours, tile.tile->colour, tile.colour);
+      bring(reliefs, tile.tile->relief, tile.relief);
+    }
   }
   std::erase_if(tiles, [](const ResidentTile& tile) { return tile.mesh == nullptr; });
 }
@@ -210,7 +255,8 @@ void Renderer::Parts::orderTiles() {
   turns.clear();
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const geo::Vec3f origin = records[i].originCoarse_rte;
-    turns.push_back({.colourBlock = tiles[i].colour != nullptr ? tiles[i].colour->block : 0,
+    turns.push_back({.chunk = tiles[i].mesh->chunk,
+                     .colourBlock = tiles[i].colour != nullptr ? tiles[i].colour->block : 0,
                      .reliefBlock = tiles[i].relief != nullptr ? tiles[i].relief->block : 0,
                      .distance = origin.x * origin.x + origin.y * origin.y + origin.z * origin.z,
                      .tile = static_cast<std::uint32_t>(i)});
@@ -222,14 +268,19 @@ void Renderer::Parts::writeCommands(const SnappedEye& eye, RenderStatistics& sta
   records.clear();
   commands.clear();
   groups.clear();
+  chunkRuns.clear();
   for (const ResidentTile& tile : tiles)
     records.push_back(recordOf(tile, eye));
   orderTiles();
   for (const Turn& turn : turns) {
-    if (groups.empty() || !groups.back().textures.sameTextures(turn)) groups.push_back({turn, commands.size(), 0});
+    const CommandRun empty{.chunk = turn.chunk, .first = commands.size(), .count = 0};
+    if (groups.empty() || !groups.back().nearest.sameGroup(turn)) groups.push_back({.nearest = turn, .run = empty});
+    if (chunkRuns.empty() || chunkRuns.back().chunk != turn.chunk) chunkRuns.push_back(empty);
     appendCommands(tiles[turn.tile], turn.tile, commands);
-    groups.back().count = commands.size() - groups.back().firstCommand;
+    groups.back().run.count = commands.size() - groups.back().run.first;
+    chunkRuns.back().count = commands.size() - chunkRuns.back().first;
   }
+  std::ranges::sort(groups, {}, [](const Group& group) { return group.nearest.distance; });
   for (const DrawCommand& command : commands)
     statistics.triangles += command.count / 3;
   statistics.tilesDrawn = static_cast<int>(tiles.size());
@@ -249,12 +300,11 @@ void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
   glBindSampler(0, 0);
   glBindSampler(1, 0);
   for (const Group& group : groups) {
-    if (group.count == 0) continue;
-    glBindTextureUnit(0, textureOf(colours, group.textures.colourBlock));
-    glBindTextureUnit(1, textureOf(reliefs, group.textures.reliefBlock));
-    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT,
-                                reinterpret_cast<const void*>(group.firstCommand * sizeof(DrawCommand)),
-                                static_cast<GLsizei>(group.count), 0);
+    geometry.bind(group.run.chunk);
+    glBindTextureUnit(0, textureOf(colours, group.nearest.colourBlock));
+    glBindTextureUnit(1, textureOf(reliefs, group.nearest.reliefBlock));
+    glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, group.run.offset(),
+                                static_cast<GLsizei>(group.run.count), 0);
     ++statistics.drawCalls;
   }
   glBindVertexArray(0);
@@ -263,12 +313,12 @@ void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
 void Renderer::Parts::drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics) {
   if (!debug || !(frame.debug.views.any() || frame.debug.frozenCut)) return;
   statistics.drawCalls += debug->draw(frame,
-                                      {.vertexArray = geometry.vertexArray(),
+                                      {.geometry = &geometry,
                                        .recordBinding = kRecordBinding,
                                        .recordBuffer = recordBuffer.name(),
                                        .commandBuffer = commandBuffer.name(),
                                        .frameBlock = frameBlock.name(),
-                                       .commands = commands.size(),
+                                       .runs = chunkRuns,
                                        .tiles = tiles,
                                        .records = records},
                                       target);
@@ -305,6 +355,10 @@ RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& t
   statistics.gpuBytes = p.geometry.bytes() + p.colours.bytes() + p.reliefs.bytes();
   statistics.submit_ms = millisecondsSince(submitStart);
   return statistics;
+}
+
+const scene::Residency& Renderer::residency() const {
+  return *parts_;
 }
 
 io::Result<void> Renderer::prepareDebugViews() {

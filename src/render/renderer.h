@@ -6,6 +6,7 @@
 #include "io/failure.h"
 #include "render/render_target.h"
 #include "scene/frame.h"
+#include "scene/residency.h"
 
 namespace tellurion::render {
 
@@ -20,11 +21,12 @@ struct RenderStatistics {
   int tilesDrawn = 0;
   std::int64_t triangles = 0;
   int drawCalls = 0;
-  int tilesWithoutRoom = 0;    ///< drawn without their texture, or not at all, since memory did not suffice
-  int uploads = 0;             ///< meshes and textures copied to the GPU for this frame
-  std::uint64_t gpuBytes = 0;  ///< held for meshes and textures, used or not
-  double upload_ms = 0.0;      ///< time of the calling thread
-  double submit_ms = 0.0;      ///< the rest of draw(), likewise
+  int tilesWithoutRoom = 0;       ///< drawn without their texture, or not at all, since memory did not suffice
+  int uploads = 0;                ///< meshes and textures copied to the GPU for this frame
+  std::uint64_t uploadBytes = 0;  ///< and their bytes
+  std::uint64_t gpuBytes = 0;     ///< held for meshes and textures, used or not
+  double upload_ms = 0.0;         ///< time of the calling thread
+  double submit_ms = 0.0;         ///< the rest of draw(), likewise
 };
 
 /// Draws frames. Keeps on the GPU what the last frames used and copies only what is new; in a steady state draw()
@@ -46,6 +48,10 @@ class Renderer {
   /// Clears the target with the frame's background and draws its tiles. The target's size should be the view's
   /// viewport; when it is not, the picture is stretched. Sets all the OpenGL state that it needs and leaves it so.
   RenderStatistics draw(const scene::Frame& frame, const RenderTarget& target);
+
+  /// What is on the GPU, for scene::Globe::update: a Globe that is given it spreads copies over frames. Lives as long
+  /// as the renderer, wherever that moves.
+  const scene::Residency& residency() const;
 
   /// Compiles the shaders of the debug views, once. Until then draw() does not look at Frame::debug.
   io::Result<void> prepareDebugViews();

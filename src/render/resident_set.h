@@ -21,6 +21,8 @@ class ResidentSet {
     return &found->second->place;
   }
 
+  bool holds(std::uint64_t serial) const { return bySerial_.contains(serial); }
+
   const Place* insert(std::uint64_t serial, std::uint64_t frame, Place place) {
     byUse_.push_back({serial, frame, place});
     bySerial_.emplace(serial, std::prev(byUse_.end()));
@@ -33,8 +35,10 @@ class ResidentSet {
     const Place place = byUse_.front().place;
     bySerial_.erase(byUse_.front().serial);
     byUse_.pop_front();
+    ++evictions_;
     return place;
   }
+  std::uint64_t evictions() const { return evictions_; }  ///< so far
 
   std::size_t size() const { return bySerial_.size(); }
 
@@ -46,6 +50,7 @@ class ResidentSet {
   };
   std::list<Entry> byUse_;  // front: longest ago
   std::unordered_map<std::uint64_t, typename std::list<Entry>::iterator> bySerial_;
+  std::uint64_t evictions_ = 0;
 };
 
 }  // namespace tellurion::render

@@ -24,7 +24,7 @@ TEST_F(SteadyFrame, AllocatesNothing) {
     double time_s = 0.0;
     const auto drawOnce = [&]() -> const scene::Frame& {
       if (remembers) options.time_s = time_s += 1.0 / 60.0;
-      const scene::Frame& frame = globe->update(view, options);
+      const scene::Frame& frame = globe->update(view, options, remembers ? &renderer.residency() : nullptr);
       renderer.draw(frame, target);
       return frame;
     };

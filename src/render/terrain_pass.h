@@ -34,6 +34,16 @@ struct DrawCommand {
 };
 static_assert(sizeof(DrawCommand) == 20);
 
+/// Commands that follow each other and whose meshes lie in one chunk of the GeometryArena.
+struct CommandRun {
+  std::uint32_t chunk = 0;
+  std::size_t first = 0;
+  std::size_t count = 0;
+
+  /// For glMultiDrawElementsIndirect, with the buffer of the commands bound.
+  const void* offset() const { return reinterpret_cast<const void*>(first * sizeof(DrawCommand)); }
+};
+
 /// Where a drawn tile's parts lie; null texture places draw its plain colour or smooth ground.
 struct ResidentTile {
   const scene::DrawnTile* tile = nullptr;

@@ -8,8 +8,8 @@
 namespace tellurion::render {
 namespace {
 
-constexpr int kFirstLayers = 64;
-constexpr std::uint64_t kBytesOfFirstBlock = 24u << 20u;  // kFirstLayers of 256-pixel tiles with their mips
+constexpr std::uint64_t kBlockBytes = 8u << 20u;  // 22 of 256-pixel tiles with their mips
+constexpr std::uint64_t kMostLayers = 256;        // of small pictures
 
 int largestArray() {
   GLint layers = 0;
@@ -43,6 +43,13 @@ void copyLayer(GLuint texture, std::uint32_t layer, const scene::TextureImage& i
 
 }  // namespace
 
+std::uint64_t bytesOf(const scene::TextureImage& image) {
+  std::uint64_t bytes = 0;
+  for (const auto& mip : image.mips)
+    bytes += mip.samples.size() * sizeof(raster::Rgba8);
+  return bytes;
+}
+
 TexturePool::TexturePool(std::uint64_t budgetBytes, bool srgb)
     : budget_(budgetBytes), srgb_(srgb), mostLayers_(largestArray()) {}
 
@@ -75,17 +82,13 @@ TexturePool::Block* TexturePool::freeLayerOf(const TextureArrayShape& shape) {
 }
 
 int TexturePool::layersForNewBlock(const TextureArrayShape& shape) const {
-  std::uint64_t largest = 0;
-  for (const Block& block : blocks_) {
-    if (block.shape == shape) largest = std::max(largest, static_cast<std::uint64_t>(block.layers));
-  }
+  const bool isFirst = std::ranges::none_of(blocks_, [&](const Block& block) { return block.shape == shape; });
   const std::uint64_t each = shape.bytesALayer();
-  const std::uint64_t first = std::clamp<std::uint64_t>(kBytesOfFirstBlock / each, 1, kFirstLayers * 4);
   const std::uint64_t inBudget = budget_ > bytes_ ? (budget_ - bytes_) / each : 0;
-  const std::uint64_t wanted = std::min(largest == 0 ? first : 2 * largest, inBudget);
+  const std::uint64_t wanted = std::min({std::clamp<std::uint64_t>(kBlockBytes / each, 1, kMostLayers), inBudget,
+                                         static_cast<std::uint64_t>(mostLayers_)});
   // A shape that has no block at all gets one layer even from an exhausted budget.
-  return static_cast<int>(
-      std::clamp<std::uint64_t>(wanted, largest == 0 ? 1 : 0, static_cast<std::uint64_t>(mostLayers_)));
+  return static_cast<int>(std::max<std::uint64_t>(wanted, isFirst ? 1 : 0));
 }
 
 TexturePool::Block* TexturePool::addBlock(const TextureArrayShape& shape) {

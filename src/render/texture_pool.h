@@ -9,6 +9,9 @@
 
 namespace tellurion::render {
 
+/// What a copy of a picture takes, mip levels included.
+std::uint64_t bytesOf(const scene::TextureImage& image);
+
 /// Where a picture lies: a layer of a block.
 struct TexturePlace {
   std::uint32_t block = 0;
@@ -30,7 +33,7 @@ class TexturePool {
   unsigned int texture(std::uint32_t block) const { return blocks_[block].texture.name(); }
   std::size_t blockCount() const { return blocks_.size(); }
   std::uint64_t bytes() const { return bytes_; }
-  std::size_t pictureCount() const { return resident_.size(); }
+  const ResidentSet<TexturePlace>& resident() const { return resident_; }
 
  private:
   struct Block {

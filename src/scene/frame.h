@@ -92,6 +92,7 @@ struct FrameStatistics {
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;
   int tilesWanted = 0;             ///< finer ones that are not there yet
+  int tilesHeldBack = 0;           ///< finer ones that are there, but wait for CutOptions::copies_bytes of later frames
   bool cappedByBudget = false;     ///< a budget of CutOptions left something coarser than the tolerance
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
@@ -106,8 +107,11 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  bool complete = false;  ///< nothing finer is wanted: all has come, has faded in, and the budget of tiles was enough
-  bool morphing = false;  ///< with time the picture changes on its own: what has come is still fading in
+  std::vector<DrawnTile> soon;  ///< just outside the picture: not drawn, but to be kept on the GPU
+  /// Nothing finer is wanted: all has come, none waits for its copy, all has faded in, and the budget of tiles was
+  /// enough.
+  bool complete = false;
+  bool morphing = false;          ///< with time the picture changes on its own: what has come is still fading in
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;

@@ -28,6 +28,12 @@ HeightRange unknownRange(const geo::Ellipsoid& ellipsoid) {
   return {.low_m = -std::min(20e3, share), .high_m = std::min(30e3, share)};
 }
 
+/// What a tile is charged of a picture: one of an ancestor is copied once for all tiles that it is drawn on, so each is
+/// charged a part.
+std::uint64_t shareOf(std::uint64_t picture_bytes, int levelsBelow) {
+  return picture_bytes >> static_cast<unsigned>(2 * std::clamp(levelsBelow, 0, 2));
+}
+
 struct Arrival {
   tiling::TileId id;
   std::shared_ptr<const TileContent> content;
@@ -69,6 +75,7 @@ struct TileRecord final : TileFacts {
   std::array<TileRecord*, 4> children{};  ///< their records, once they were asked for
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<Job> job;      ///< asked for and not here yet
+  std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
 };
@@ -140,6 +147,7 @@ struct Globe::State final : public TileTree {
       makeBox(id, r);
       if (r.content) takeFacts(id, r);
     }
+    takeCopies(id.level, r);
     return &r;
   }
   TileFacts* root(int root) override {
@@ -155,6 +163,27 @@ struct Globe::State final : public TileTree {
       out[static_cast<std::size_t>(q)] = use(id.child(q), *child);
     }
     return out;
+  }
+
+  /// What is on the GPU stays there, and is not asked for again, until something leaves.
+  void takeCopies(int level, TileRecord& r) const {
+    if (gpu == nullptr || !r.content) {
+      r.copy_bytes = 0;
+      r.residency = 0;
+    } else if (r.copy_bytes > 0 || r.residency != residency) {
+      const TileContent& c = *r.content;
+      const Residency::MissingBytes missing = gpu->missing(*c.mesh, c.colour.get(), c.relief.get());
+      r.copy_bytes = missing.mesh + shareOf(missing.colour, level - c.colourLevel) +
+                     shareOf(missing.relief, level - c.reliefLevel);
+      r.residency = residency;
+    }
+  }
+
+  void lookAt(const Residency* residencyNow) {
+    const std::uint64_t now = residencyNow != nullptr ? residencyNow->departures() : 0;
+    if (residencyNow != gpu || now != departures) ++residency;
+    gpu = residencyNow;
+    departures = now;
   }
 
   TileRecord& record(const tiling::TileId& id) {
@@ -199,6 +228,9 @@ struct Globe::State final : public TileTree {
   CutHistory history{.last = &memories[0], .now = &memories[1]};
   std::optional<double> time_s;      ///< of memories' newer one
   std::optional<double> lastTime_s;  ///< and of the older
+  const Residency* gpu = nullptr;    ///< of this update
+  std::uint64_t departures = 0;      ///< of that
+  std::uint64_t residency = 0;       ///< rises when something may have left, and with another GPU
   Frame frame;
   Arrivals arrivals;
   io::Executor executor;  ///< last: its workers use what stands above
@@ -243,9 +275,8 @@ void Globe::State::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.spacing_m = content.spacing_m;
   r.triangles = trianglesOf(*content.mesh);
   r.bytes = content.bytes;
-  r.tightBox = frame.exaggeration == 1.0
-                         ? content.box
-                         : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
+  r.tightBox = frame.exaggeration == 1.0 ? content.box
+                                         : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.
   if (id.level == 0) r.box = r.tightBox;
@@ -357,13 +388,15 @@ Light Globe::State::lightFor(const View& view) const {
 void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
-  frame.complete = selection.wanted.empty() && !selection.cappedByBudget && !selection.morphing;
+  frame.complete =
+      selection.wanted.empty() && selection.heldBack == 0 && !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
   s.tilesWanted = static_cast<int>(selection.wanted.size());
+  s.tilesHeldBack = selection.heldBack;
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
@@ -372,6 +405,9 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
     frame.tiles.push_back(drawn(tile));
     ++s.tilesALevel[tile.id.level];
   }
+  frame.soon.clear();
+  for (const SelectedTile& tile : selection.soon)
+    frame.soon.push_back(drawn(tile));
   s.cpuCacheBytes = contentBytes;
   for (const auto& layer : layers)
     s.cpuCacheBytes += layer->bytes();
@@ -483,10 +519,11 @@ const std::vector<io::Failure>& Globe::failures() const {
   return state_->failures;
 }
 
-const Frame& Globe::update(const View& view, const CutOptions& options) {
+const Frame& Globe::update(const View& view, const CutOptions& options, const Residency* gpu) {
   const auto start = Clock::now();
   State& s = *state_;
   ++s.updates;
+  s.lookAt(gpu);
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const CutHistory* history = s.historyAt(options);

@@ -12,6 +12,7 @@
 #include "io/failure.h"
 #include "raster/tile_source.h"
 #include "scene/frame.h"
+#include "scene/residency.h"
 #include "scene/scene_file.h"
 #include "scene/select.h"
 
@@ -71,7 +72,10 @@ class Globe {
 
   /// What to draw for this view out of what is loaded, whole at any time; asks the workers for what is missing. Never
   /// blocks. The frame stays valid, and its meshes and pictures alive, until the next call.
-  const Frame& update(const View& view, const CutOptions& options = {});
+  /// With `gpu`, and a clock in the options, loaded tiles that are not there yet replace their parents only as far as
+  /// CutOptions::copies_bytes allows, the rest in the next frames; such a frame is not complete. Without, all that is
+  /// loaded is drawn.
+  const Frame& update(const View& view, const CutOptions& options = {}, const Residency* gpu = nullptr);
 
   /// Sleeps until something that was asked for has arrived since the last update, at most for `timeout`. False: nothing
   /// has, or nothing is on its way.

@@ -292,8 +292,8 @@ TEST_P(GlobeOnTiling, nothingPopsInFlight) {
   EXPECT_EQ(settled(*late.globe), settled(*direct.globe));
 }
 
-/// Where the eye turns to, hardly anything has come yet: what was in the picture before stays as fine as it was, but for what is fine enough
-/// coarser or on its way there.
+/// Where the eye turns to, hardly anything has come yet: what was in the picture before stays as fine as it was, but
+/// for what is fine enough coarser or on its way there.
 TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
   std::mt19937_64 random = geo::seededGenerator();
   const Tiling tiling(GetParam());
@@ -316,8 +316,8 @@ TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
       for (const DrawnTile& tile : frame.tiles) {
         for (const TileId& id : before) {
           if (id.level > tile.id.level && id.isDescendantOf(tile.id)) {
-            ASSERT_LE(tile.error_px, 2.0) << "was level " << static_cast<int>(id.level) << ", is "
-                                          << static_cast<int>(tile.id.level);
+            ASSERT_LE(tile.error_px, 2.0)
+                << "was level " << static_cast<int>(id.level) << ", is " << static_cast<int>(tile.id.level);
           }
         }
       }

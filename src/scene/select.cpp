@@ -27,9 +27,9 @@ struct Node {
   std::array<int, kAround> around{};
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   bool seen = false;        ///< may be in the picture, or soon (CutOptions::margin)
-  bool waits = false;     ///< would be split, but has not left its parent's surface yet
-  bool hasDrawn = false;  ///< something below it is drawn
-  bool kept = false;      ///< is split only since it was, and its children are not back on its surface
+  bool waits = false;       ///< would be split, but has not left its parent's surface yet
+  bool hasDrawn = false;    ///< something below it is drawn
+  bool kept = false;        ///< is split only since it was, and its children are not back on its surface
   Before before = Before::nowhere;
   double distance_m = 0.0;
   double error_px = 0.0;
@@ -46,18 +46,22 @@ struct Waiting {
 
 /// What a cut is made in: its memory is kept.
 struct Buffers {
-  std::vector<Node> nodes;     ///< the roots first, in their order
-  std::vector<Waiting> queue;  ///< a heap
-  CornerLattice corners;       ///< where nothing is remembered
+  std::vector<Node> nodes;      ///< the roots first, in their order
+  std::vector<Waiting> queue;   ///< a heap
+  std::vector<Waiting> costly;  ///< what would copy to the GPU
+  CornerLattice corners;        ///< where nothing is remembered
   Selection out;
 
   void clear() {
     nodes.clear();
     queue.clear();
+    costly.clear();
     Selection fresh;
     std::swap(fresh.drawn, out.drawn);
+    std::swap(fresh.soon, out.soon);
     std::swap(fresh.wanted, out.wanted);
     fresh.drawn.clear();
+    fresh.soon.clear();
     fresh.wanted.clear();
     out = std::move(fresh);
   }
@@ -70,6 +74,7 @@ class Cut {
       const CutOptions& options, double occluderDepth_m, TileTree& tree, const CutHistory* history)
       : nodes_(buffers.nodes),
         queue_(buffers.queue),
+        costly_(buffers.costly),
         ownCorners_(buffers.corners),
         out_(buffers.out),
         tiling_(tiling),
@@ -85,6 +90,13 @@ class Cut {
         history_(history) {}
 
   void run() {
+    grow();
+    if (history_ != nullptr && copies_bytes_ > options_.copies_bytes) growWithinCopies();
+    collect();
+  }
+
+ private:
+  void grow() {
     leaves_ = tiling_.rootCount();
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
@@ -96,20 +108,49 @@ class Cut {
       count(at(node), 1);
       if (!at(node).facts->drawable) want(id, isSeen(node) ? kMissingRoot : kUnseenRoot);
     }
+    refine();
+  }
+
+  /// Starts again: first with the splits that cost no copy, so that it is known what is drawn in any case. What is
+  /// refused while others are on their way down may have its turn once they are there. Wanted stays what the whole cut
+  /// asked for.
+  void growWithinCopies() {
+    nodes_.clear();
+    queue_.clear();
+    out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
+    out_.cappedByBudget = false;
+    copies_bytes_ = 0;
+    triangles_ = bytes_ = 0;
+    stage_ = Stage::free;
+    grow();
+    stage_ = Stage::copying;
+    for (std::size_t before = 0; !costly_.empty() && before != nodes_.size() && !out_.cappedByBudget;) {
+      before = nodes_.size();
+      std::swap(queue_, costly_);
+      std::make_heap(queue_.begin(), queue_.end());
+      refine();
+    }
+    out_.heldBack = static_cast<int>(costly_.size());
+  }
+
+  void refine() {
     while (!queue_.empty() && !out_.cappedByBudget) {
       const Waiting worst = queue_.front();
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
       if (at(worst.node).firstChild < 0) {
+        if (worst.need == kKept && mayMerge(at(worst.node))) continue;
         at(worst.node).kept = worst.need == kKept;
-        if (!split(worst.node, worst.need)) continue;
+        refused_ = false;
+        if (!split(worst.node, worst.need, false)) {
+          if (refused_) costly_.push_back(worst);
+          continue;
+        }
       }
       if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
-    collect();
   }
 
- private:
   static constexpr double kMissingRoot = 1e9;
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
   static constexpr double kAboveRounding = 1e-6;
@@ -145,10 +186,12 @@ class Cut {
     // What is only there until it looks like its parent asks for nothing below it.
     if (parent >= 0 && at(parent).kept) node.need = std::min(node.need, 1.0);
     nodes_.push_back(node);
+    copies_bytes_ += copiesOf(node);
     const int index = static_cast<int>(nodes_.size()) - 1;
     if (node.need > 1.0) {
       enqueue(node.need, id, index);
-    } else if (node.before == Before::below && node.seen && node.facts->drawable && !isBackOnItsSurface(node)) {
+    } else if (node.before == Before::below && node.seen && node.facts->drawable &&
+               (stage_ != Stage::whole || !isBackOnItsSurface(node))) {
       enqueue(kKept, id, index);
     }
     return index;
@@ -181,6 +224,25 @@ class Cut {
     return true;
   }
 
+  /// Bytes that drawing it would copy.
+  static std::uint64_t copiesOf(const Node& node) { return node.seen ? node.facts->copy_bytes : 0; }
+
+  /// It was split, and may be drawn itself again.
+  bool mayMerge(const Node& node) const {
+    const bool fits = stage_ == Stage::whole || copies_bytes_ <= std::max(options_.copies_bytes, copiesOf(node));
+    return fits && isBackOnItsSurface(node);
+  }
+
+  /// The children need not wait for a later frame: they cost no copy, or what is left for copies is enough.
+  bool mayCopy(const Children& children, const Node& node) const {
+    std::uint64_t copies = 0;
+    for (const TileFacts* child : children)
+      copies += node.seen ? child->copy_bytes : 0;
+    const std::uint64_t others = copies_bytes_ - copiesOf(node);
+    if (copies <= copiesOf(node)) return true;
+    return stage_ == Stage::copying && (others == 0 || others + copies <= options_.copies_bytes);
+  }
+
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
   /// is as fine as they are is on its surface there.
   bool mayPart(const Node& node, const Children& children) const {
@@ -189,9 +251,8 @@ class Cut {
     const CornerLattice& last = history_->last->corners;
     return std::all_of(node.facts->corners.corners.begin(), node.facts->corners.corners.end(),
                        [&](CornerKey corner) { return last.valueAt(corner, node.id.level) >= 1.0f; }) &&
-           std::all_of(children.begin(), children.end(), [&](const TileFacts* child) {
-             return isOnParentsSurface(*child, node.id.level + 1, last);
-           });
+           std::all_of(children.begin(), children.end(),
+                       [&](const TileFacts* child) { return isOnParentsSurface(*child, node.id.level + 1, last); });
   }
 
   /// Its ground lies in both boxes, and in its parent's.
@@ -201,9 +262,7 @@ class Cut {
     return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
   }
   bool beyondHorizon(const TileFacts& facts, const geo::BodyPosition& eye) const {
-    const auto hidden = [&](const OrientedBox& box) {
-      return isBeyondHorizon(box, eye, ellipsoid_, occluderDepth_m_);
-    };
+    const auto hidden = [&](const OrientedBox& box) { return isBeyondHorizon(box, eye, ellipsoid_, occluderDepth_m_); };
     return hidden(facts.box) || (facts.drawable && hidden(facts.tightBox));
   }
   bool maySee(const TileFacts& facts, std::uint8_t parents) const {
@@ -217,7 +276,8 @@ class Cut {
   void classify(Node& node) {
     ++out_.visited;
     if (node.parent >= 0 && !isSeen(node.parent)) return;
-    const auto inside = planesAround(frustum_, *node.facts, node.parent >= 0 ? at(node.parent).inside : std::uint8_t{0});
+    const auto inside =
+        planesAround(frustum_, *node.facts, node.parent >= 0 ? at(node.parent).inside : std::uint8_t{0});
     if (!inside) {
       ++out_.culledFrustum;
     } else if (beyondHorizon(*node.facts, horizonEye_)) {
@@ -283,14 +343,16 @@ class Cut {
   }
 
   /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
-  /// loaded yet, or has to morph first; then nothing but coarser neighbours may have changed.
-  bool split(int node, double priority) {
+  /// loaded yet, has to morph first, or has to be copied later; then nothing but coarser neighbours may have changed.
+  bool split(int node, double priority, bool atAnyCost) {
     const tiling::TileId id = at(node).id;
+    // Else what is drawn finer now would vanish for a frame.
+    atAnyCost = atAnyCost || stage_ == Stage::whole || at(node).before == Before::below;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     const Children children = tree_.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
     if (!areReady(id, children, at(node).inside, priority)) return false;
-    const bool balanced = splitCoarserAround(node, priority);
+    const bool balanced = splitCoarserAround(node, priority, atAnyCost);
     if (!affords(at(node), children, priority)) return false;  // what lies around it took the rest
     if (!mayPart(at(node), children)) {
       at(node).waits = true;
@@ -298,6 +360,11 @@ class Cut {
       return false;
     }
     if (!balanced) return false;
+    if (!atAnyCost && !mayCopy(children, at(node))) {
+      refused_ = true;
+      return false;
+    }
+    copies_bytes_ -= copiesOf(at(node));
     const int first = static_cast<int>(nodes_.size());
     count(at(node), -1);
     for (int q = 0; q < 4; ++q) {
@@ -316,7 +383,7 @@ class Cut {
   }
 
   /// What is out of view counts only where there is a history: an eye that turns is to find it fit.
-  bool splitCoarserAround(int node, double priority) {
+  bool splitCoarserAround(int node, double priority, bool atAnyCost) {
     const int level = at(node).id.level;
     bool balanced = true;
     for (std::size_t place = 0; place < kAround; ++place) {
@@ -324,7 +391,7 @@ class Cut {
       for (int cover = covering(node, place);
            goesOn && cover >= 0 && at(cover).id.level < level && (history_ != nullptr || isSeen(cover));
            cover = covering(node, place))
-        goesOn = split(cover, priority);
+        goesOn = split(cover, priority, atAnyCost);
       balanced = balanced && goesOn;  // what the others miss is asked for at once
     }
     return balanced;
@@ -450,10 +517,14 @@ class Cut {
     if (options_.morph) settleCorners(corners);
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
       const Node& node = at(i);
-      if (!isDrawn(node) || !isShown(*node.facts)) continue;
+      if (!isDrawn(node)) continue;
       SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = coarseEdgesOf(i)};
       for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
         tile.morph[q] = corners.valueAt(node.facts->corners.corners[q], node.id.level);
+      if (!isShown(*node.facts)) {
+        out_.soon.push_back(tile);
+        continue;
+      }
       tile.error_px = drawnError_px(node, tile.morph);
       out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
       out_.drawn.push_back(tile);
@@ -464,6 +535,7 @@ class Cut {
 
   std::vector<Node>& nodes_;
   std::vector<Waiting>& queue_;
+  std::vector<Waiting>& costly_;
   CornerLattice& ownCorners_;
   Selection& out_;
   const tiling::Tiling& tiling_;
@@ -480,6 +552,13 @@ class Cut {
   int leaves_ = 0;
   std::int64_t triangles_ = 0;  ///< of the leaves that are seen
   std::int64_t bytes_ = 0;
+  std::uint64_t copies_bytes_ = 0;  ///< that drawing the leaves would take
+  enum class Stage : std::uint8_t {
+    whole,
+    free,
+    copying
+  } stage_ = Stage::whole;  ///< whatever it costs; else see growWithinCopies
+  bool refused_ = false;    ///< a split, for its copies
 };
 
 }  // namespace

@@ -39,6 +39,9 @@ struct CutOptions {
   /// With time_s: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has faded in
   /// when a moving eye gets to see it; a share of half the picture.
   double margin = 0.15;
+  /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
+  /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.
+  std::uint64_t copies_bytes = std::uint64_t{8} << 20;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -59,6 +62,8 @@ struct TileFacts {
   double spacing_m = 0.0;
   std::int64_t triangles = 0;  ///< of its mesh, no coarser neighbours
   std::uint64_t bytes = 0;     ///< of its mesh and pictures
+  /// That must be copied to the GPU to draw it; 0 when all of it is there. A picture of an ancestor counts in part.
+  std::uint64_t copy_bytes = 0;
 };
 
 /// Where select() finds its facts.
@@ -74,7 +79,7 @@ class TileTree {
 struct SelectedTile {
   tiling::TileId id;
   const TileFacts* facts = nullptr;  ///< as TileTree gave it
-  std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
+  std::uint8_t coarseEdges = 0;      ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
   double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
 };
@@ -87,10 +92,12 @@ struct WantedTile {
 /// A cut through the forest: drawn are its leaves that may be seen.
 struct Selection {
   std::vector<SelectedTile> drawn;
+  std::vector<SelectedTile> soon;  ///< drawn if they were in the picture: those in the margin
   std::vector<WantedTile> wanted;  ///< not loaded yet, each once, most urgent first
   int visited = 0;
   int culledFrustum = 0;
   int culledHorizon = 0;
+  int heldBack = 0;                ///< splits that wait for a later frame, since CutOptions::copies_bytes is spent
   bool cappedByBudget = false;     ///< a budget left something coarser than the tolerance
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn
@@ -110,7 +117,8 @@ struct CutHistory {
 /// all taken at the point of its box nearest to the eye, whatever the eye looks at. A tile is replaced only when those
 /// of its children that may be seen are drawable, and when every drawn neighbour ends up at most one level apart over
 /// edges and corners (forced splits, across roots too). With morphing, those next to a tile that needs its children get
-/// theirs too. A pure function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
+/// theirs too. What is drawn already is split as it was; what else the copies allow is split worst first. A pure
+/// function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
 /// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
 /// become their parent only once they are back on its; and what is not seen is held ready for an eye that turns: all
 /// four children are waited for, and all neighbours are at most one level apart. occluderDepth_m: how far below the

@@ -29,6 +29,7 @@ class FakeTree final : public TileTree {
 
   std::function<bool(const TileId&)> loaded = [](const TileId&) { return true; };
   std::function<double(const TileId&)> roughness = [](const TileId&) { return 1.0; };
+  std::function<std::uint64_t(const TileId&)> copies = [](const TileId&) { return 0; };
   int deepest = 16;
   double texelsAcross = std::numeric_limits<double>::infinity();
   HeightRange range{.low_m = -500.0, .high_m = 9000.0};
@@ -45,6 +46,7 @@ class FakeTree final : public TileTree {
     const auto [found, isNew] = facts_.try_emplace(id);
     if (isNew) {
       found->second.drawable = loaded(id);
+      found->second.copy_bytes = copies(id);
       found->second.box = estimatedBox(tiling_, kEarth, id, range);
       found->second.tightBox = found->second.box;
       found->second.corners = tileCorners(tiling_, id);
@@ -336,6 +338,35 @@ TEST(OrientedBox, distances) {
   EXPECT_DOUBLE_EQ(box.distance_m({{10.0, 6.0, 8.0}}), 5.0);
   EXPECT_TRUE(box.contains({{11.9, -2.9, 3.9}}));
   EXPECT_FALSE(box.contains({{12.1, 0.0, 0.0}}));
+}
+
+/// Children of all roots are worth their copies, but one frame may copy those of one root only.
+TEST(Select, theWorstIsCopiedFirst) {
+  const Tiling tiling(Scheme::cube);
+  const View view = viewOver(30, 45, 20e6, 0, -90);
+  for (std::uint8_t worst = 0; worst < 6; ++worst) {
+    FakeTree tree(tiling);
+    tree.deepest = 1;
+    tree.roughness = [&](const TileId& id) { return id.root == worst ? 200.0 : 50.0; };
+    tree.copies = [](const TileId& id) { return id.level == 0 ? 0 : 100; };
+    const CutMemory last;
+    CutMemory now;
+    const CutHistory history{.last = &last, .now = &now};
+    const CutOptions all{};
+    const auto whole = select(tiling, kEarth, view, all, 0.0, tree, &history);
+    const CutOptions options{.copies_bytes = 400};
+    const auto selection = select(tiling, kEarth, view, options, 0.0, tree, &history);
+    std::set<int> split;
+    for (const SelectedTile& tile : selection.drawn) {
+      if (tile.id.level > 0) split.insert(tile.id.root);
+    }
+    const bool seen = std::any_of(whole.drawn.begin(), whole.drawn.end(),
+                                  [&](const SelectedTile& tile) { return tile.id.root == worst && tile.id.level > 0; });
+    EXPECT_EQ(split.size(), 1u);
+    EXPECT_EQ(split.contains(worst), seen);
+    EXPECT_EQ(whole.heldBack, 0);
+    EXPECT_GT(selection.heldBack, 0);
+  }
 }
 
 }  // namespace

@@ -621,7 +621,8 @@ TEST_P(MeshOnTiling, theBorderOfTheDataIsASlopeThatNoLevelChanges) {
   }
 }
 
-/// From a point over a place of a tile to its surface, tried on a lattice of an eighth of a cell around it: brute force.
+/// From a point over a place of a tile to its surface, tried on a lattice of an eighth of a cell around it: brute
+/// force.
 double offInSpace(const GroundSamples& surface, double s, double t, double spacing_m, double height_m) {
   const double upwards = std::abs(height_m - heightIn(surface, s, t));
   double least = upwards;
@@ -630,7 +631,8 @@ double offInSpace(const GroundSamples& surface, double s, double t, double spaci
     for (int col = -kSteps; col <= kSteps; ++col) {
       const double aside = std::hypot(col, row) / 8.0;
       if (aside * spacing_m >= least) continue;
-      const double there = heightIn(surface, std::clamp(s + col / 512.0, 0.0, 1.0), std::clamp(t + row / 512.0, 0.0, 1.0));
+      const double there =
+          heightIn(surface, std::clamp(s + col / 512.0, 0.0, 1.0), std::clamp(t + row / 512.0, 0.0, 1.0));
       least = std::min(least, std::hypot(aside * spacing_m, height_m - there));
     }
   }
@@ -676,8 +678,8 @@ TEST_P(MeshOnTiling, errorsHoldWhereDataEnd) {
       for (int k = 0; k <= 64 * 64; ++k) {
         const double s = (k % 65) / 64.0;
         const double t = (k / 65) / 64.0;
-        const double off = offInSpace(coarse->heights, ((below.x & within) + s) * size,
-                                      ((below.y & within) + t) * size, spacing_m, heightIn(fine->heights, s, t));
+        const double off = offInSpace(coarse->heights, ((below.x & within) + s) * size, ((below.y & within) + t) * size,
+                                      spacing_m, heightIn(fine->heights, s, t));
         ASSERT_LE(off, coarse->error_m + 0.1 * spacing_m);
         worst = std::max(worst, off);
       }
