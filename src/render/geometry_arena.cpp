@@ -56,9 +56,9 @@ GeometryArena::GeometryArena(std::uint64_t budgetBytes) : budget_(budgetBytes) {
   describeVertices(name);
 }
 
-const MeshPlace* GeometryArena::upload(const scene::TerrainMesh& mesh, std::uint64_t frame) {
+const MeshPlace* GeometryArena::upload(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed) {
   if (mesh.vertices.empty() || mesh.indices.empty()) return nullptr;
-  const auto place = makeRoom(mesh, frame);
+  const auto place = makeRoom(mesh, frame, mayExceed);
   if (!place) return nullptr;
   const Chunk& chunk = chunks_[place->chunk];
   glNamedBufferSubData(chunk.vertexBuffer.name(), GLintptr{place->firstVertex} * kVertexBytes,
@@ -68,7 +68,7 @@ const MeshPlace* GeometryArena::upload(const scene::TerrainMesh& mesh, std::uint
   return resident_.insert(mesh.serial, frame, *place);
 }
 
-std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame) {
+std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed) {
   const auto last = [this] { return static_cast<std::uint32_t>(chunks_.size() - 1); };
   for (std::uint32_t chunk = 0; chunk < chunks_.size(); ++chunk) {
     if (const auto place = placeIn(chunk, mesh)) return place;
@@ -79,7 +79,7 @@ std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh,
     release(*evicted);
     if (const auto place = placeIn(evicted->chunk, mesh)) return place;
   }
-  return addChunk(kSmallChunkBytes, mesh) ? placeIn(last(), mesh) : std::nullopt;
+  return mayExceed && addChunk(kSmallChunkBytes, mesh) ? placeIn(last(), mesh) : std::nullopt;
 }
 
 std::optional<MeshPlace> GeometryArena::placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh) {

@@ -33,9 +33,9 @@ class GeometryArena {
 
   /// The place of a mesh that is here already, kept for this frame; null when it is not.
   const MeshPlace* touch(std::uint64_t serial, std::uint64_t frame) { return resident_.touch(serial, frame); }
-  /// Copies a mesh that is not here yet. Null only when the GPU has no memory left at all. The mesh may be dropped
-  /// after.
-  const MeshPlace* upload(const scene::TerrainMesh& mesh, std::uint64_t frame);
+  /// Copies a mesh that is not here yet. Null only when the GPU has no memory left at all, or when the budget may not be
+  /// exceeded. The mesh may be dropped after.
+  const MeshPlace* upload(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed = true);
 
   /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them.
   unsigned int vertexArray() const { return vertexArray_.name(); }
@@ -51,7 +51,7 @@ class GeometryArena {
     RangeAllocator vertices;
     RangeAllocator indices;
   };
-  std::optional<MeshPlace> makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame);
+  std::optional<MeshPlace> makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed);
   std::optional<MeshPlace> placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh);
   bool addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh);
   void release(const MeshPlace& place);

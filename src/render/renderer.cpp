@@ -145,6 +145,7 @@ struct Renderer::Parts final : scene::Residency {
   std::uint64_t departures() const override;
 
   void makeResident(const scene::Frame& frame, RenderStatistics& statistics);
+  void copySoon(const scene::Frame& frame, RenderStatistics& statistics);
   void orderTiles();
   void writeCommands(const SnappedEye& eye, RenderStatistics& statistics);
   void drawGroups(RenderStatistics& statistics);
@@ -163,7 +164,6 @@ struct Renderer::Parts final : scene::Residency {
   std::uint64_t frameNumber = 0;
   // Kept from frame to frame only for their memory:
   std::vector<ResidentTile> tiles;
-  std::vector<ResidentTile> waiting;  // of Frame::soon
   std::vector<std::uint64_t> refused;  // serials of this frame's pictures without room
   std::uint64_t framesWithRefused = 0;
   std::vector<Turn> turns;
@@ -208,6 +208,24 @@ std::uint64_t Renderer::Parts::departures() const {
          framesWithRefused;
 }
 
+// Only what there is room and time for: it is not missed yet.
+void Renderer::Parts::copySoon(const scene::Frame& frame, RenderStatistics& statistics) {
+  std::uint64_t left = frame.soonCopies_bytes;
+  const auto bring = [&](auto& pool, const auto& payload, auto... mayExceed) {
+    if (payload == nullptr || pool.touch(payload->serial, frameNumber) != nullptr) return;
+    const std::uint64_t bytes = bytesOf(*payload);
+    if (bytes > left || pool.upload(*payload, frameNumber, mayExceed...) == nullptr) return;
+    left -= bytes;
+    ++statistics.uploads;
+    statistics.uploadBytes += bytes;
+  };
+  for (const scene::DrawnTile& tile : frame.soon) {
+    bring(geometry, tile.mesh, false);
+    bring(colours, tile.colour);
+    bring(reliefs, tile.relief);
+  }
+}
+
 // What is here already is touched before anything is copied, so that no copy drives out what this frame needs.
 void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& statistics) {
   ++frameNumber;
@@ -220,13 +238,6 @@ void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& 
                      .mesh = geometry.touch(tile.mesh->serial, frameNumber),
                      .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
                      .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
-  }
-  waiting.clear();
-  for (const scene::DrawnTile& tile : frame.soon) {
-    waiting.push_back({.tile = &tile,
-                       .mesh = geometry.touch(tile.mesh->serial, frameNumber),
-                       .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
-                       .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
   }
   const auto bring = [&](auto& pool, const auto& payload, auto& place) {
     if (place != nullptr || payload == nullptr) return;
@@ -241,13 +252,12 @@ void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& 
       refused.push_back(payload->serial);
     }
   };
-  for (std::vector<ResidentTile>* some : {&tiles, &waiting}) {
-    for (ResidentTile& tile : *some) {
-      bring(geometry, tile.tile->mesh, tile.mesh);
-      bring(colours, tile.tile->colour, tile.colour);
-      bring(reliefs, tile.tile->relief, tile.relief);
-    }
+  for (ResidentTile& tile : tiles) {
+    bring(geometry, tile.tile->mesh, tile.mesh);
+    bring(colours, tile.tile->colour, tile.colour);
+    bring(reliefs, tile.tile->relief, tile.relief);
   }
+  copySoon(frame, statistics);
   std::erase_if(tiles, [](const ResidentTile& tile) { return tile.mesh == nullptr; });
 }
 

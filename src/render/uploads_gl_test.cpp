@@ -22,7 +22,7 @@ class Uploads : public synthetic::GlTest {
     globe = scene::Globe::fromLayers(planet, {.elevation = {heights}, .imagery = {{.source = pictures}}},
                                      {.cpuCacheBytes = 1024 * kMebi})
                 .value();
-    while (!globe->update(view).complete)
+    for (double t = 0.0; !globe->update(view, {.time_s = t}).complete; t += 1.0)  // what is out of view too
       globe->waitForArrivals(std::chrono::milliseconds(100));
   }
 

@@ -107,7 +107,8 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  std::vector<DrawnTile> soon;  ///< just outside the picture: not drawn, but to be kept on the GPU
+  std::vector<DrawnTile> soon;         ///< just outside the picture: not drawn, but to be kept on the GPU if there is room
+  std::uint64_t soonCopies_bytes = 0;  ///< the most that may be copied of those now
   /// Nothing finer is wanted: all has come, none waits for its copy, all has faded in, and the budget of tiles was
   /// enough.
   bool complete = false;

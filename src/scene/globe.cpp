@@ -408,6 +408,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.soon.clear();
   for (const SelectedTile& tile : selection.soon)
     frame.soon.push_back(drawn(tile));
+  frame.soonCopies_bytes = selection.spareCopies_bytes;
   s.cpuCacheBytes = contentBytes;
   for (const auto& layer : layers)
     s.cpuCacheBytes += layer->bytes();

@@ -27,6 +27,7 @@ struct Node {
   std::array<int, kAround> around{};
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   bool seen = false;        ///< may be in the picture, or soon (CutOptions::margin)
+  bool shown = false;       ///< may be in the picture itself
   bool waits = false;       ///< would be split, but has not left its parent's surface yet
   bool hasDrawn = false;    ///< something below it is drawn
   bool kept = false;        ///< is split only since it was, and its children are not back on its surface
@@ -225,7 +226,7 @@ class Cut {
   }
 
   /// Bytes that drawing it would copy.
-  static std::uint64_t copiesOf(const Node& node) { return node.seen ? node.facts->copy_bytes : 0; }
+  static std::uint64_t copiesOf(const Node& node) { return node.shown ? node.facts->copy_bytes : 0; }
 
   /// It was split, and may be drawn itself again.
   bool mayMerge(const Node& node) const {
@@ -237,7 +238,7 @@ class Cut {
   bool mayCopy(const Children& children, const Node& node) const {
     std::uint64_t copies = 0;
     for (const TileFacts* child : children)
-      copies += node.seen ? child->copy_bytes : 0;
+      copies += node.shown ? child->copy_bytes : 0;
     const std::uint64_t others = copies_bytes_ - copiesOf(node);
     if (copies <= copiesOf(node)) return true;
     return stage_ == Stage::copying && (others == 0 || others + copies <= options_.copies_bytes);
@@ -284,6 +285,7 @@ class Cut {
       ++out_.culledHorizon;
     } else {
       node.seen = true;
+      node.shown = (node.parent < 0 || at(node.parent).shown) && isShown(*node.facts);
       node.inside = *inside;
       // Its ground lies in its parent's box as well.
       node.distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
@@ -491,7 +493,7 @@ class Cut {
     memory.clear();
     // Children follow their parents.
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-      const bool drawn = isDrawn(*node);
+      const bool drawn = isDrawn(*node) && node->shown;
       if (!drawn && !node->hasDrawn) continue;
       if (node->parent >= 0) at(node->parent).hasDrawn = true;
       memory.add(node->id, drawn ? CutMemory::Was::leaf : CutMemory::Was::split);
@@ -521,7 +523,7 @@ class Cut {
       SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = coarseEdgesOf(i)};
       for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
         tile.morph[q] = corners.valueAt(node.facts->corners.corners[q], node.id.level);
-      if (!isShown(*node.facts)) {
+      if (!node.shown) {
         out_.soon.push_back(tile);
         continue;
       }
@@ -530,6 +532,7 @@ class Cut {
       out_.drawn.push_back(tile);
     }
     if (history_ != nullptr) remember(*history_->now);
+    out_.spareCopies_bytes = options_.copies_bytes - std::min(options_.copies_bytes, copies_bytes_);
     sortWanted();
   }
 

@@ -92,7 +92,8 @@ struct WantedTile {
 /// A cut through the forest: drawn are its leaves that may be seen.
 struct Selection {
   std::vector<SelectedTile> drawn;
-  std::vector<SelectedTile> soon;  ///< drawn if they were in the picture: those in the margin
+  std::vector<SelectedTile> soon;       ///< drawn if they were in the picture: those in the margin
+  std::uint64_t spareCopies_bytes = 0;  ///< what drawing leaves of CutOptions::copies_bytes
   std::vector<WantedTile> wanted;  ///< not loaded yet, each once, most urgent first
   int visited = 0;
   int culledFrustum = 0;

@@ -18,6 +18,8 @@ namespace {
 using namespace std::chrono_literals;
 using tiling::TileId;
 
+constexpr std::uint64_t kTile = 1110;  ///< bytes of one with its pictures
+
 /// A GPU without pictures: holds meshes, by serial, up to `capacity` that are not drawn; those drawn longest ago leave.
 class FakeGpu final : public Residency {
  public:
@@ -48,6 +50,13 @@ class FakeGpu final : public Residency {
       if (tile.colour) bring(kPicture + tile.colour->serial, 100);
       if (tile.relief) bring(2 * kPicture + tile.relief->serial, 10);
     }
+    const std::uint64_t drawn = copied;
+    for (const DrawnTile& tile : frame.soon) {
+      if (copied + kTile > drawn + frame.soonCopies_bytes) break;
+      bring(tile.mesh->serial, 1000);
+      if (tile.colour) bring(kPicture + tile.colour->serial, 100);
+      if (tile.relief) bring(2 * kPicture + tile.relief->serial, 10);
+    }
     while (held_.size() > capacity) {
       const auto oldest = std::min_element(held_.begin(), held_.end(),
                                            [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -66,8 +75,6 @@ class FakeGpu final : public Residency {
   std::uint64_t now_ = 0;
   std::uint64_t departures_ = 1;
 };
-
-constexpr std::uint64_t kTile = 1110;  ///< bytes of one with its pictures
 
 View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
   const Camera camera{
@@ -108,8 +115,10 @@ class Uploads : public testing::Test {
   /// Loads it all, with nothing on the GPU.
   std::set<TileId> load(const View& view) {
     const auto end = std::chrono::steady_clock::now() + 30s;
-    while (!globe->update(view, fine).complete && std::chrono::steady_clock::now() < end)
-      globe->waitForArrivals(1000ms);
+    CutOptions clocked = fine;  // what is out of view too
+    for (clocked.time_s = 0.0; !globe->update(view, clocked).complete && std::chrono::steady_clock::now() < end;
+         *clocked.time_s += 1.0)
+      globe->waitForArrivals(100ms);
     const Frame& frame = globe->update(view, fine);
     EXPECT_TRUE(frame.complete);
     return tilesOf(frame);
