@@ -134,17 +134,18 @@ std::optional<double> Ellipsoid::intersect(const Ray& ray, double height_m) cons
   return nearest >= 0.0 ? nearest + halfChord : -outside / (halfChord - nearest);
 }
 
-bool Ellipsoid::isBelowHorizon(const BodyPosition& eye, const BodyPosition& target, double depth_m) const {
+Horizon Ellipsoid::horizon(const BodyPosition& eye, double depth_m) const {
   constexpr double kRounding = 1e-14;  // of squared semi-axes: 30 nm of height on Earth, for the "only when hidden"
+  Horizon horizon;
   const double equatorial = a_ - depth_m;
   const double polar = semiMinorAxis_m() - depth_m;
-  if (!(equatorial > 0.0 && polar > 0.0)) return false;
-  const Vec3 from = scaledToUnit(eye.m, equatorial, polar);
-  const Vec3 sight = scaledToUnit(target - eye, equatorial, polar);
-  const double tangent2 = dot(from, from) * (1.0 + kRounding) - 1.0;  // squared distance to the horizon, rounded up
-  if (!(tangent2 > 0.0)) return false;
-  const double towards = -dot(from, sight);
-  return towards > tangent2 + kRounding && towards * towards > (tangent2 + kRounding) * dot(sight, sight);
+  if (!(equatorial > 0.0 && polar > 0.0)) return horizon;
+  horizon.eye_ = eye.m;
+  horizon.scale_ = Vec3(1.0 / equatorial, 1.0 / equatorial, 1.0 / polar);
+  horizon.from_ = scaledToUnit(eye.m, equatorial, polar);
+  const double tangent2 = dot(horizon.from_, horizon.from_) * (1.0 + kRounding) - 1.0;
+  if (tangent2 > 0.0) horizon.tangent2_ = tangent2 + kRounding;
+  return horizon;
 }
 
 }  // namespace tellurion::geo

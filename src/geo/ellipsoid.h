@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "geo/geodetic.h"
@@ -10,6 +11,24 @@ namespace tellurion::geo {
 struct Ray {
   BodyPosition origin;
   Vec3 direction;
+};
+
+/// What an ellipsoid hides from an eye. Immutable.
+class Horizon {
+ public:
+  /// True only when the point is hidden, rounding included; false for an eye inside the ellipsoid and for NaN.
+  bool hides(const BodyPosition& point) const {
+    const Vec3 sight = (point.m - eye_) * scale_;
+    const double towards = -dot(from_, sight);
+    return towards > tangent2_ && towards * towards > tangent2_ * dot(sight, sight);
+  }
+
+ private:
+  friend class Ellipsoid;
+  Vec3 eye_{0.0};
+  Vec3 scale_{0.0};                                            ///< to where the ellipsoid is the unit sphere
+  Vec3 from_{0.0};                                             ///< the eye there
+  double tangent2_ = std::numeric_limits<double>::infinity();  ///< squared distance to the horizon there, rounded up
 };
 
 /// A reference ellipsoid of revolution. Immutable, thread-safe, a value.
@@ -44,10 +63,9 @@ class Ellipsoid {
   /// origin's distance from the centre, across the ray.
   std::optional<double> intersect(const Ray& ray, double height_m = 0.0) const;
 
-  /// Whether the point `target` is hidden from `eye` behind the ellipsoid shrunk by `depth_m` (>= 0: how far terrain
-  /// may lie below the reference) on both axes. True only when it is hidden, rounding included; false for an eye inside
-  /// it and for NaN.
-  bool isBelowHorizon(const BodyPosition& eye, const BodyPosition& target, double depth_m = 0.0) const;
+  /// Of an eye, with the ellipsoid shrunk by `depth_m` (>= 0: how far terrain may lie below the reference) on both
+  /// axes.
+  Horizon horizon(const BodyPosition& eye, double depth_m = 0.0) const;
 
   friend constexpr bool operator==(const Ellipsoid&, const Ellipsoid&) = default;
 

@@ -191,8 +191,8 @@ TEST(Ellipsoid, NanInNanOut) {
     EXPECT_TRUE(std::isnan(e.directionFromBody({p}).n.z));
     EXPECT_FALSE(e.intersect({{p}, Vec3(1.0, 0.0, 0.0)}).has_value());
     EXPECT_FALSE(e.intersect({{Vec3(1e7, 0.0, 0.0)}, p}).has_value());
-    EXPECT_FALSE(e.isBelowHorizon({p}, {Vec3(-1e7, 0.0, 0.0)}));
-    EXPECT_FALSE(e.isBelowHorizon({Vec3(-1e7, 0.0, 0.0)}, {p}));
+    EXPECT_FALSE(e.horizon({p}).hides({Vec3(-1e7, 0.0, 0.0)}));
+    EXPECT_FALSE(e.horizon({Vec3(-1e7, 0.0, 0.0)}).hides({p}));
   }
   EXPECT_TRUE(std::isnan(e.bodyFromGeodetic(fromDegrees(kNaN, 0.0, 0.0)).m.z));
   EXPECT_TRUE(std::isnan(e.bodyFromGeodetic(fromDegrees(0.0, 0.0, kNaN)).m.x));
@@ -254,7 +254,7 @@ TEST(EllipsoidHorizon, HiddenExactlyWhereTheSightRayMeetsTheBodyFirst) {
     const BodyPosition target = place(uniform(random, -depth_m, 1e4));
     const auto blocked = e.intersect({eye, target - eye}, -depth_m);
     const bool expected = blocked && *blocked < 1.0;
-    const bool actual = e.isBelowHorizon(eye, target, depth_m);
+    const bool actual = e.horizon(eye, depth_m).hides(target);
     hidden += actual ? 1 : 0;
     // The two may differ only within rounding of grazing, and then towards visible; and for targets inside the
     // occluder.
@@ -271,9 +271,9 @@ TEST(EllipsoidHorizon, HiddenExactlyWhereTheSightRayMeetsTheBodyFirst) {
 
 TEST(EllipsoidHorizon, NothingIsHiddenFromInside) {
   const Ellipsoid e = earth().ellipsoid;
-  EXPECT_FALSE(e.isBelowHorizon({Vec3(6e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}));
-  EXPECT_TRUE(e.isBelowHorizon({Vec3(6.4e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}));
-  EXPECT_FALSE(e.isBelowHorizon({Vec3(6.4e6, 0.0, 0.0)}, {Vec3(-7e6, 0.0, 0.0)}, 7e6));
+  EXPECT_FALSE(e.horizon({Vec3(6e6, 0.0, 0.0)}).hides({Vec3(-7e6, 0.0, 0.0)}));
+  EXPECT_TRUE(e.horizon({Vec3(6.4e6, 0.0, 0.0)}).hides({Vec3(-7e6, 0.0, 0.0)}));
+  EXPECT_FALSE(e.horizon({Vec3(6.4e6, 0.0, 0.0)}, 7e6).hides({Vec3(-7e6, 0.0, 0.0)}));
 }
 
 TEST(Body, ByName) {

@@ -212,11 +212,11 @@ TEST_F(DebugViewsTest, BoxesAreDrawnAlongTheirEdges) {
     frame.debug.boxes[i] = {.centre = {}, .halfAxes = {geo::Vec3(1, 0, 0), geo::Vec3(0, 1, 0), geo::Vec3(0, 0, 1)}};
   const Picture boxes = drawn(frame, {DebugView::boxes});
   EXPECT_EQ(statistics_.drawCalls, 2);
-  const auto corners = frame.debug.boxes[0].corners();
-  for (unsigned corner = 0; corner < 8; ++corner) {
+  const scene::OrientedBox& box = frame.debug.boxes[0];
+  for (unsigned corner = 0; corner < scene::OrientedBox::kCorners; ++corner) {
     for (const unsigned axis : {1u, 2u, 4u}) {
-      const geo::Vec3 half = (corners[corner ^ axis] - corners[corner]) * 0.5;
-      const auto pixel = pixelOf(frame.view, corners[corner] + half);
+      const geo::Vec3 half = (box.corner(corner ^ axis) - box.corner(corner)) * 0.5;
+      const auto pixel = pixelOf(frame.view, box.corner(corner) + half);
       ASSERT_TRUE(pixel.has_value());
       EXPECT_TRUE(differsNear(boxes, plain, *pixel)) << corner << " " << axis;
     }

@@ -183,10 +183,10 @@ void DebugPass::collectLines(const scene::Frame& frame) {
   lineEnds_.clear();
   for (std::size_t i = 0; i < frame.debug.boxes.size() && i < frame.tiles.size(); ++i) {
     const std::uint32_t colour = packed(linear(scene::levelColour(frame.tiles[i].id.level), kBoxLine));
-    const auto corners = frame.debug.boxes[i].corners();
-    for (unsigned corner = 0; corner < 8; ++corner) {
+    const scene::OrientedBox& box = frame.debug.boxes[i];
+    for (unsigned corner = 0; corner < scene::OrientedBox::kCorners; ++corner) {
       for (const unsigned axis : {1u, 2u, 4u}) {
-        if ((corner & axis) == 0) add(corners[corner], corners[corner | axis], colour);
+        if ((corner & axis) == 0) add(box.corner(corner), box.corner(corner | axis), colour);
       }
     }
   }

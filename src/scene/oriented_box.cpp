@@ -6,17 +6,6 @@
 
 namespace tellurion::scene {
 
-std::array<geo::BodyPosition, 8> OrientedBox::corners() const {
-  std::array<geo::BodyPosition, 8> out;
-  for (unsigned i = 0; i < 8; ++i) {
-    const double a = (i & 1u) != 0 ? 1.0 : -1.0;
-    const double b = (i & 2u) != 0 ? 1.0 : -1.0;
-    const double c = (i & 4u) != 0 ? 1.0 : -1.0;
-    out[i] = centre + (halfAxes[0] * a + halfAxes[1] * b + halfAxes[2] * c);
-  }
-  return out;
-}
-
 double OrientedBox::distance_m(const geo::BodyPosition& p) const {
   const geo::Vec3 d = p - centre;
   double squared = 0.0;

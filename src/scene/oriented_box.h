@@ -12,7 +12,11 @@ struct OrientedBox {
   geo::BodyPosition centre;
   std::array<geo::Vec3, 3> halfAxes{};
 
-  std::array<geo::BodyPosition, 8> corners() const;
+  static constexpr unsigned kCorners = 8;
+  geo::BodyPosition corner(unsigned i) const {
+    const auto side = [i](unsigned bit) { return (i & bit) != 0 ? 1.0 : -1.0; };
+    return centre + (halfAxes[0] * side(1) + halfAxes[1] * side(2) + halfAxes[2] * side(4));
+  }
   /// From a point to the nearest point of the box; 0 inside.
   double distance_m(const geo::BodyPosition& p) const;
   bool contains(const geo::BodyPosition& p, double slack_m = 0.0) const;

@@ -26,11 +26,12 @@ struct Node {
   /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is.
   std::array<int, kAround> around{};
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
-  bool seen = false;        ///< may be in the picture, or soon (CutOptions::margin)
-  bool shown = false;       ///< may be in the picture itself
-  bool waits = false;       ///< would be split, but has not left its parent's surface yet
-  bool hasDrawn = false;    ///< something below it is drawn
-  bool kept = false;        ///< is split only since it was, and its children are not back on its surface
+  std::uint8_t insidePicture = 0;
+  bool seen = false;      ///< may be in the picture, or soon (CutOptions::margin)
+  bool shown = false;     ///< may be in the picture itself
+  bool waits = false;     ///< would be split, but has not left its parent's surface yet
+  bool hasDrawn = false;  ///< something below it is drawn
+  bool kept = false;      ///< is split only since it was, and its children are not back on its surface
   Before before = Before::nowhere;
   double distance_m = 0.0;
   double error_px = 0.0;
@@ -79,14 +80,12 @@ class Cut {
         ownCorners_(buffers.corners),
         out_(buffers.out),
         tiling_(tiling),
-        ellipsoid_(ellipsoid),
         view_(view),
         picture_(view),
         frustum_(view, history != nullptr ? options.margin : 0.0),
-        horizonEye_(history != nullptr ? lifted(view.eye, ellipsoid) : view.eye),
+        horizon_(ellipsoid.horizon(history != nullptr ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
         pixelAngle_(view.pixelAngle()),
         options_(options),
-        occluderDepth_m_(occluderDepth_m),
         tree_(tree),
         history_(history) {}
 
@@ -262,16 +261,11 @@ class Cut {
     const auto inside = frustum.planesAround(facts.box, parents);
     return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
   }
-  bool beyondHorizon(const TileFacts& facts, const geo::BodyPosition& eye) const {
-    const auto hidden = [&](const OrientedBox& box) { return isBeyondHorizon(box, eye, ellipsoid_, occluderDepth_m_); };
-    return hidden(facts.box) || (facts.drawable && hidden(facts.tightBox));
+  bool beyondHorizon(const TileFacts& facts) const {
+    return isBeyondHorizon(facts.box, horizon_) || (facts.drawable && isBeyondHorizon(facts.tightBox, horizon_));
   }
   bool maySee(const TileFacts& facts, std::uint8_t parents) const {
-    return planesAround(frustum_, facts, parents) && !beyondHorizon(facts, horizonEye_);
-  }
-  /// In the picture itself, the margin left out.
-  bool isShown(const TileFacts& facts) const {
-    return history_ == nullptr || (planesAround(picture_, facts, 0) && !beyondHorizon(facts, view_.eye));
+    return planesAround(frustum_, facts, parents) && !beyondHorizon(facts);
   }
 
   void classify(Node& node) {
@@ -281,16 +275,28 @@ class Cut {
         planesAround(frustum_, *node.facts, node.parent >= 0 ? at(node.parent).inside : std::uint8_t{0});
     if (!inside) {
       ++out_.culledFrustum;
-    } else if (beyondHorizon(*node.facts, horizonEye_)) {
+    } else if (beyondHorizon(*node.facts)) {
       ++out_.culledHorizon;
     } else {
       node.seen = true;
-      node.shown = (node.parent < 0 || at(node.parent).shown) && isShown(*node.facts);
+      showIn(node);
       node.inside = *inside;
       // Its ground lies in its parent's box as well.
       node.distance_m = (node.facts->drawable ? node.facts->tightBox : node.facts->box).distance_m(view_.eye);
       if (node.parent >= 0) node.distance_m = std::max(node.distance_m, at(node.parent).distance_m);
       measure(node);
+    }
+  }
+
+  /// In the picture itself, the margin left out.
+  void showIn(Node& node) {
+    if (history_ == nullptr) {
+      node.shown = true;
+    } else if (node.parent < 0 || at(node.parent).shown) {
+      const auto inside =
+          planesAround(picture_, *node.facts, node.parent >= 0 ? at(node.parent).insidePicture : std::uint8_t{0});
+      node.shown = inside.has_value();
+      node.insidePicture = inside.value_or(0);
     }
   }
 
@@ -312,7 +318,7 @@ class Cut {
     for (int q = 0; q < 4; ++q) {
       const TileFacts& child = *children[static_cast<std::size_t>(q)];
       if (child.drawable || (history_ == nullptr && !maySee(child, inside))) continue;
-      want(id.child(q), isShown(child) ? priority : kUnseen * priority);
+      want(id.child(q), planesAround(picture_, child, 0) ? priority : kUnseen * priority);
       ready = false;
     }
     return ready;
@@ -542,14 +548,12 @@ class Cut {
   CornerLattice& ownCorners_;
   Selection& out_;
   const tiling::Tiling& tiling_;
-  const geo::Ellipsoid& ellipsoid_;
   const View& view_;
   ViewFrustum picture_;
-  ViewFrustum frustum_;  ///< with the margin
-  geo::BodyPosition horizonEye_;
+  ViewFrustum frustum_;   ///< with the margin
+  geo::Horizon horizon_;  ///< likewise
   double pixelAngle_;
   const CutOptions& options_;
-  double occluderDepth_m_;
   TileTree& tree_;
   const CutHistory* history_;
   int leaves_ = 0;

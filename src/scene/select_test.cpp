@@ -300,7 +300,7 @@ TEST_P(SelectOn, nothingThatFallsIntoThePictureIsCulled) {
     const auto hit = lowest.intersect({view.eye, p - view.eye});
     const bool visible = !hit || *hit >= 1.0;
     if (visible) {
-      ASSERT_FALSE(isBeyondHorizon(box, view.eye, kEarth, 8000.0));
+      ASSERT_FALSE(isBeyondHorizon(box, kEarth.horizon(view.eye, 8000.0)));
     }
     seen += inPicture && visible ? 1 : 0;
   }

@@ -32,12 +32,11 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
   return within;
 }
 
-bool isBeyondHorizon(const OrientedBox& box, const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid,
-                     double occluderDepth_m) {
-  const auto corners = box.corners();
-  return std::all_of(corners.begin(), corners.end(), [&](const geo::BodyPosition& corner) {
-    return ellipsoid.isBelowHorizon(eye, corner, occluderDepth_m);
-  });
+bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
+  for (unsigned i = 0; i < OrientedBox::kCorners; ++i) {
+    if (!horizon.hides(box.corner(i))) return false;
+  }
+  return true;
 }
 
 }  // namespace tellurion::scene

@@ -28,10 +28,8 @@ class ViewFrustum {
   std::array<geo::Vec3, 5> inward_;  ///< unit normals of planes through the eye
 };
 
-/// Conservative: true only when every point of the box is hidden from the eye by the ellipsoid shrunk by
-/// occluderDepth_m. The points hidden behind an ellipsoid are a convex set (its shadow cone, cut off at the horizon's
-/// plane), so eight corners decide.
-bool isBeyondHorizon(const OrientedBox& box, const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid,
-                     double occluderDepth_m);
+/// Conservative: true only when every point of the box is hidden. The points hidden behind an ellipsoid are a convex set
+/// (its shadow cone, cut off at the horizon's plane), so eight corners decide.
+bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon);
 
 }  // namespace tellurion::scene
