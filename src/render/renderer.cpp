@@ -103,12 +103,13 @@ void setState(const RenderTarget& target) {
   glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   glEnable(GL_FRAMEBUFFER_SRGB);
   glEnable(GL_DEPTH_TEST);
-  glDepthFunc(GL_GREATER);
+  glDepthFunc(GL_GEQUAL);  // a needle's depth may come out as nothing, which is the sky's
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glEnable(GL_CULL_FACE);
-  glCullFace(GL_BACK);
-  glFrontFace(GL_CCW);
+  // The far sides of hills are hidden anyway. Culled, they would take some near ones along: Mesa tells faces apart
+  // before it rounds corners to its lattice of a 256th of a pixel, which turns needles over, and a cliff seen along its
+  // wall is all needles.
+  glDisable(GL_CULL_FACE);
   glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
   for (const GLenum off : std::array<GLenum, 4>{GL_BLEND, GL_SCISSOR_TEST, GL_STENCIL_TEST, GL_PRIMITIVE_RESTART})
     glDisable(off);

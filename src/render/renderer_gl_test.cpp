@@ -199,7 +199,8 @@ TEST_F(RendererTest, StateLeftByOthersDoesNotMatter) {
   const auto picture = readColour(large);
   other.draw(frame, small);
   glDisable(GL_FRAMEBUFFER_SRGB);
-  glDisable(GL_CULL_FACE);
+  glEnable(GL_CULL_FACE);
+  glCullFace(GL_FRONT);
   glEnable(GL_BLEND);
   glEnable(GL_SCISSOR_TEST);
   glScissor(0, 0, 3, 3);

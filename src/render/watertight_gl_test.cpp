@@ -242,6 +242,53 @@ TEST_P(Watertight, DeepTilesUnderAnEyeTwoMetresUp) {
   }
 }
 
+// A wall seen along itself is nothing but needles, some of which turn over when their corners are rounded to the
+// lattice that is drawn on: none of them may be lost, least of all where others are clipped at the picture's rim.
+TEST_P(Watertight, AWallSeenAlongItself) {
+  auto random = geo::seededGenerator();
+  const tiling::Tiling tiling(GetParam());
+  const geo::Ellipsoid ellipsoid = geo::earth().ellipsoid;
+  constexpr int kLevel = 20;
+  constexpr int kReach = 4;
+  constexpr double kWall_m = 6.0;
+  const tiling::TileId middle{kLevel, 0, 300000, 500000};
+  const double step = tiling::tileSize(kLevel) / kCells;
+  const double foot = middle.x * tiling::tileSize(kLevel) + 7 * step;
+  GroundTiles ground(tiling, ellipsoid, [&](const geo::Direction& d) {
+    return kWall_m * std::clamp((tiling.rootPoint(d).u - foot) / step, 0.0, 1.0);
+  });
+  scene::Frame frame;
+  frame.background = kMagenta;
+  frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
+  for (std::uint32_t y = middle.y - kReach; y <= middle.y + kReach; ++y) {
+    for (std::uint32_t x = middle.x - kReach; x <= middle.x + kReach; ++x)
+      frame.tiles.push_back(ground.tile({kLevel, 0, x, y}));
+  }
+  Renderer renderer = makeRenderer();
+  RenderTarget target = makeTarget(kSize);
+  for (int i = 0; i < 300; ++i) {
+    // In the plane of the wall, twice as high.
+    const double v = (middle.y + geo::uniform(random, 0, 1)) * tiling::tileSize(kLevel);
+    const geo::BodyPosition eye = ellipsoid.bodyFromDirection(tiling.direction({0, foot + 2 * step, v}), 2 * kWall_m);
+    const geo::BodyPosition along =
+        ellipsoid.bodyFromDirection(tiling.direction({0, foot, v + geo::uniform(random, 2, 12) * step}), 0.0);
+    const geo::Geodetic place = ellipsoid.geodeticFromBody(eye);
+    const geo::LocalFrame local = geo::localFrameAt(ellipsoid, place);
+    const geo::Vec3 look = geo::normalize(along - eye);
+    frame.view = scene::viewOf(
+        {.position = place,
+         .heading = geo::Angle::radians(std::atan2(geo::dot(look, local.east), geo::dot(look, local.north))),
+         .pitch = geo::Angle::radians(std::asin(geo::dot(look, local.up))),
+         .roll = geo::Angle::degrees(geo::uniform(random, -30, 30))},
+        ellipsoid, geo::Angle::degrees(30), kSize);
+    renderer.draw(frame, target);
+    int holes = 0;
+    for (const raster::Rgba8& pixel : readColour(target).samples)
+      holes += pixel.r == 255 && pixel.g == 0 && pixel.b == 255 ? 1 : 0;
+    EXPECT_EQ(holes, 0) << "view " << i;
+  }
+}
+
 // Around a vertex of tiles thousands of kilometres wide: a rounding of one float beside it would be a hole of many
 // pixels.
 TEST_P(Watertight, LargeTilesUnderAnEyeTwoMetresUp) {

@@ -1,12 +1,14 @@
 #include "truth/ray_caster.h"
 
 #include <gdal_priv.h>
+#include <ogr_spatialref.h>
 
 #include <GeographicLib/Geocentric.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 
 namespace tellurion::truth {
@@ -27,7 +29,65 @@ bool crossSphere(const geo::Ray& ray, double radius_m, double& near_m, double& f
 
 }  // namespace
 
-SourceSurface::Layer SourceSurface::read(const std::string& path) {
+/// The places of the raster's four corners, in its own reference's degrees, and a table over them with some room.
+SourceSurface::PlaceTable SourceSurface::tableOf(GDALDataset& dataset, const std::array<double, 6>& affine) {
+  const OGRSpatialReference& projected = *dataset.GetSpatialRef();
+  const std::unique_ptr<OGRSpatialReference> geographic(projected.CloneGeogCS());
+  geographic->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  const std::unique_ptr<OGRCoordinateTransformation> toDegrees(
+      OGRCreateCoordinateTransformation(&projected, geographic.get()));
+  const std::unique_ptr<OGRCoordinateTransformation> fromDegrees(
+      OGRCreateCoordinateTransformation(geographic.get(), &projected));
+  if (!toDegrees || !fromDegrees) throw std::runtime_error("no way from a raster's projection to degrees");
+  double west = 360;
+  double east = -360;
+  double south = 90;
+  double north = -90;
+  for (const double col : {0.0, 1.0}) {
+    for (const double row : {0.0, 1.0}) {
+      double lon = affine[0] + affine[1] * col * dataset.GetRasterXSize();
+      double lat = affine[3] + affine[5] * row * dataset.GetRasterYSize();
+      toDegrees->Transform(1, &lon, &lat);
+      west = std::min(west, lon);
+      east = std::max(east, lon);
+      south = std::min(south, lat);
+      north = std::max(north, lat);
+    }
+  }
+  PlaceTable table;
+  table.stepLon = 1.2 * (east - west) / PlaceTable::kCells;
+  table.stepLat = 1.2 * (north - south) / PlaceTable::kCells;
+  table.west = west - 0.1 * (east - west);
+  table.south = south - 0.1 * (north - south);
+  std::size_t i = 0;
+  for (int row = 0; row <= PlaceTable::kCells; ++row) {
+    for (int col = 0; col <= PlaceTable::kCells; ++col, ++i) {
+      table.x[i] = table.west + col * table.stepLon;
+      table.y[i] = table.south + row * table.stepLat;
+    }
+  }
+  fromDegrees->Transform(static_cast<int>(i), table.x.data(), table.y.data());
+  return table;
+}
+
+bool SourceSurface::PlaceTable::find(double lat, double lon, double& outX, double& outY) const {
+  const double c = (lon - west) / stepLon;
+  const double r = (lat - south) / stepLat;
+  if (!(c >= 0 && c < kCells && r >= 0 && r < kCells)) return false;
+  const auto col = static_cast<std::size_t>(c);
+  const auto row = static_cast<std::size_t>(r);
+  const auto between = [&](const auto& of) {
+    const std::size_t i = row * (kCells + 1) + col;
+    const double below = std::lerp(of[i], of[i + 1], c - static_cast<double>(col));
+    const double over = std::lerp(of[i + kCells + 1], of[i + kCells + 2], c - static_cast<double>(col));
+    return std::lerp(below, over, r - static_cast<double>(row));
+  };
+  outX = between(x);
+  outY = between(y);
+  return true;
+}
+
+SourceSurface::Layer SourceSurface::read(const std::string& path, const geo::Ellipsoid& ellipsoid) {
   GDALAllRegister();
   auto* dataset = static_cast<GDALDataset*>(GDALOpen(path.c_str(), GA_ReadOnly));
   if (dataset == nullptr) throw std::runtime_error("cannot open " + path);
@@ -40,7 +100,10 @@ SourceSurface::Layer SourceSurface::read(const std::string& path) {
   layer.stepY = -affine[5];
   layer.west = affine[0] + affine[1] / 2;
   layer.north = affine[3] + affine[5] / 2;
-  layer.wraps = std::abs(layer.width * layer.stepX - 360.0) < layer.stepX / 2;
+  const OGRSpatialReference* reference = dataset->GetSpatialRef();
+  if (reference != nullptr && reference->IsProjected() != 0) layer.projection = tableOf(*dataset, affine);
+  layer.spacing_m = layer.projection ? layer.stepY : layer.stepY * geo::kPi / 180.0 * ellipsoid.meanRadius_m();
+  layer.wraps = !layer.projection && std::abs(layer.width * layer.stepX - 360.0) < layer.stepX / 2;
   GDALRasterBand* band = dataset->GetRasterBand(1);
   int hasNoData = 0;
   layer.noData = band->GetNoDataValue(&hasNoData);
@@ -69,11 +132,14 @@ double SourceSurface::Layer::at(int col, int row) const {
 }
 
 bool SourceSurface::Layer::sample(double lat, double lon, double& value) const {
-  double x = (lon - west) / stepX;
-  const double y = (north - lat) / stepY;
+  double easting = lon;
+  double northing = lat;
+  if (projection && !projection->find(lat, lon, easting, northing)) return false;
+  double x = (easting - west) / stepX;
+  const double y = (north - northing) / stepY;
   const double turn = 360.0 / stepX;
-  x -= turn * std::floor((x + 0.5) / turn);  // to [-0.5, turn - 0.5)
-  if (!wraps && x > width - 0.5) return false;
+  if (!projection) x -= turn * std::floor((x + 0.5) / turn);  // to [-0.5, turn - 0.5)
+  if (!wraps && (x < -0.5 || x > width - 0.5)) return false;
   if (y < -0.5 || y > height - 0.5) return false;
   if (std::isnan(at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y))))) return false;
   const int col = static_cast<int>(std::floor(x));
@@ -96,14 +162,14 @@ bool SourceSurface::Layer::sample(double lat, double lon, double& value) const {
 SourceSurface::SourceSurface(const std::vector<std::string>& rasterPaths, const geo::Ellipsoid& ellipsoid)
     : ellipsoid_(ellipsoid), spacing_(std::numeric_limits<double>::infinity()) {
   for (const std::string& path : rasterPaths) {
-    layers_.push_back(read(path));
+    layers_.push_back(read(path, ellipsoid));
     const Layer& layer = layers_.back();
     for (const float v : layer.samples) {
       if (layer.hasNoData && static_cast<double>(v) == layer.noData) continue;
       lowest_ = std::min(lowest_, static_cast<double>(v));
       highest_ = std::max(highest_, static_cast<double>(v));
     }
-    spacing_ = std::min(spacing_, layer.stepY * geo::kPi / 180.0 * ellipsoid.meanRadius_m());
+    spacing_ = std::min(spacing_, layer.spacing_m);
   }
 }
 
@@ -114,7 +180,14 @@ double SourceSurface::height_m(double lat, double lon) const {
   return 0;
 }
 
-double distanceAlong(const SourceSurface& surface, const geo::Ray& ray) {
+double SourceSurface::spacing_m(double lat, double lon) const {
+  double value = 0;
+  for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer)
+    if (layer->sample(lat, lon, value)) return layer->spacing_m;
+  return std::numeric_limits<double>::infinity();
+}
+
+double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
   const geo::Ellipsoid& e = surface.ellipsoid();
   const GeographicLib::Geocentric geocentric(e.semiMajorAxis_m(), e.flattening());
   double near_m = 0;
@@ -129,13 +202,12 @@ double distanceAlong(const SourceSurface& surface, const geo::Ray& ray) {
     geocentric.Reverse(p.x, p.y, p.z, lat, lon, height);
     return height - surface.height_m(lat, lon);
   };
-  const double smallestStep = surface.spacing_m() / 5;
   double before = std::max(near_m, 0.0);
   double gap = gapAt(before);
   if (gap < 0) return before;
   while (before < far_m) {
     // No source here rises more steeply than 3 in 1 between its samples.
-    const double after = before + std::max(gap * 0.3, smallestStep);
+    const double after = before + std::max({gap * 0.3, surface.smallestSpacing_m() / 5, before * pixelAngle / 5});
     gap = gapAt(after);
     if (gap < 0) {
       double above = before;

@@ -1,16 +1,22 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "geo/ellipsoid.h"
+
+class GDALDataset;
 
 // The truth that pictures are measured against: rays marched through the source rasters themselves. It shares nothing
 // with the program but the names of its positions: no tiles, no GPU, rasters read whole by GDAL, GeographicLib for the
 // ellipsoid.
 namespace tellurion::truth {
 
-/// Longitude-latitude rasters held whole in memory, later ones over earlier ones, bilinear between sample centres.
+/// Rasters held whole in memory, later ones over earlier ones, bilinear between sample centres. Small ones may be in a
+/// projection: where a place falls in them is interpolated between places that PROJ was asked for, 1e-3 samples off at
+/// the most for rasters of a few kilometres.
 class SourceSurface {
  public:
   /// Throws std::runtime_error where a file cannot be read: tests end there.
@@ -20,19 +26,35 @@ class SourceSurface {
   double height_m(double lat, double lon) const;
   double lowest_m() const { return lowest_; }
   double highest_m() const { return highest_; }
-  /// The smallest distance between two samples of any raster, north to south.
-  double spacing_m() const { return spacing_; }
+  /// Between the samples of the raster that has data there, north to south; infinite where none has.
+  double spacing_m(double lat, double lon) const;
+  /// The smallest of any raster.
+  double smallestSpacing_m() const { return spacing_; }
   const geo::Ellipsoid& ellipsoid() const { return ellipsoid_; }
 
  private:
+  /// Where places of a small rectangle fall in a projection, metres.
+  struct PlaceTable {
+    static constexpr int kCells = 16;
+    double west = 0;
+    double south = 0;
+    double stepLon = 0;
+    double stepLat = 0;
+    std::array<double, (kCells + 1) * (kCells + 1)> x{};
+    std::array<double, (kCells + 1) * (kCells + 1)> y{};
+
+    bool find(double lat, double lon, double& outX, double& outY) const;
+  };
   struct Layer {
     int width = 0;
     int height = 0;
-    double west = 0;   ///< of the first sample's centre, degrees
+    double west = 0;   ///< of the first sample's centre, degrees or, with a projection, metres
     double north = 0;  ///< likewise
     double stepX = 0;
     double stepY = 0;  ///< positive southwards
+    double spacing_m = 0;
     bool wraps = false;
+    std::optional<PlaceTable> projection;  ///< none: longitude and latitude
     double noData = 0;
     bool hasNoData = false;
     std::vector<float> samples;
@@ -40,7 +62,8 @@ class SourceSurface {
     bool sample(double lat, double lon, double& value) const;
     double at(int col, int row) const;
   };
-  static Layer read(const std::string& path);
+  static Layer read(const std::string& path, const geo::Ellipsoid& ellipsoid);
+  static PlaceTable tableOf(GDALDataset& dataset, const std::array<double, 6>& affine);
 
   std::vector<Layer> layers_;
   geo::Ellipsoid ellipsoid_;
@@ -50,7 +73,8 @@ class SourceSurface {
 };
 
 /// Distance in metres from the origin to where a ray (unit direction) first meets the surface; NaN when it never does.
-/// Features narrower than a fifth of the surface's spacing may be stepped over.
-double distanceAlong(const SourceSurface& surface, const geo::Ray& ray);
+/// Features narrower than a fifth of the surface's smallest spacing, or than a fifth of `pixelAngle` (radians) as seen
+/// from the origin, may be stepped over, and what rises more steeply than 3 in 1.
+double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
 
 }  // namespace tellurion::truth

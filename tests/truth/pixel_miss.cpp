@@ -1,0 +1,46 @@
+#include "truth/pixel_miss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tellurion::truth {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double skyIsFar(double distance_m) {
+  return std::isnan(distance_m) ? kInfinity : distance_m;
+}
+
+}  // namespace
+
+double missOf(const DistanceAlong& surface, const scene::View& view, scene::PixelPosition pixel, double drawn_m,
+              double centre_m, double most_px) {
+  const double drawn = skyIsFar(drawn_m);
+  const double width_m = drawn * view.pixelAngle();
+  // The nearest rays on which the surface is not beyond what is drawn, and not before it.
+  double notBeyond = kInfinity;
+  double notBefore = kInfinity;
+  const auto look = [&](double distance_m, double aside_px) {
+    const double seen = skyIsFar(distance_m);
+    const double along_px = seen == drawn ? 0.0 : std::abs(seen - drawn) / width_m;  // NaN from the sky to the ground
+    const double off_px = std::isnan(along_px) ? kInfinity : std::hypot(aside_px, along_px);
+    notBeyond = std::min(notBeyond, seen <= drawn ? aside_px : off_px);
+    notBefore = std::min(notBefore, seen >= drawn ? aside_px : off_px);
+  };
+  look(centre_m, 0.0);
+  for (double aside = 0.25; aside <= std::min(most_px, std::max(notBeyond, notBefore));
+       aside += aside < 3 ? 0.25 : 0.5) {
+    const int rays = aside <= 0.5 ? 8 : aside <= 1.5 ? 16 : 32;
+    for (int i = 0; i < rays; ++i) {
+      const double angle = 2.0 * geo::kPi * i / rays;
+      const scene::PixelPosition place{pixel.x + aside * std::cos(angle), pixel.y + aside * std::sin(angle)};
+      look(surface(scene::rayThrough(view, place)), aside);
+    }
+  }
+  const double miss = std::max(notBeyond, notBefore);
+  return miss <= most_px ? miss : kInfinity;
+}
+
+}  // namespace tellurion::truth
