@@ -82,7 +82,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
     return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
   warnOfBudget("render", arguments.picture, frame);
   warnOfGround(globe, view);
-  studio->renderer.draw(frame, studio->target);
+  warnOfMemory("render", arguments.picture, studio->renderer.draw(frame, studio->target));
   if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());
   if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());
   if (const auto written = raster::writePng(arguments.output, render::readColour(studio->target)); !written)

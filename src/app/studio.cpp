@@ -169,9 +169,10 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
       ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1000000000}));
   command
       .add_option("--max-mib", arguments.maxMebibytes,
-                  "Likewise with meshes and pictures of no more mebibytes; else any number")
+                  "Likewise with meshes and pictures of the tiles in view of no more mebibytes; else any number")
       ->check(CLI::Range(16, 1000000));
-  command.add_option("--gpu-memory", arguments.gpuMemory_MiB, "MiB for meshes and textures on the GPU")
+  command.add_option("--gpu-memory", arguments.gpuMemory_MiB, "MiB for meshes and textures on the GPU; meshes take more where the ground would have "
+                     "holes else")
       ->check(between(1.0, 65536.0))
       ->capture_default_str();
 }
@@ -179,7 +180,8 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
 void addUploadsArgument(CLI::App& command, PictureArguments& arguments) {
   command
       .add_option("--uploads", arguments.uploads_MiB,
-                  "MiB that a frame may copy to the GPU; the rest waits for the next frames. 0: all at once")
+                  "MiB that a frame may copy to the GPU; the rest waits for the next frames. 0, or with --no-morph: all at "
+                  "once")
       ->check(between(0.0, 65536.0))
       ->capture_default_str();
 }
@@ -260,6 +262,14 @@ void warnOfBudget(const char* command, const PictureArguments& arguments, const 
       "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
       "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
       command, budget, frame.statistics.maxScreenError_px);
+}
+
+void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn) {
+  if (drawn.tilesWithoutRoom == 0) return;
+  fmt::print(stderr,
+             "tellurion {}: warning: {} pictures of the ground found no room in {:g} MiB of GPU memory, and their tiles "
+             "have one plain colour; raise --gpu-memory\n",
+             command, drawn.tilesWithoutRoom, arguments.gpuMemory_MiB);
 }
 
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view) {

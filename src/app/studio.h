@@ -78,6 +78,9 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
 const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
                                  std::chrono::duration<double> timeout, const std::stop_token& stop = {});
 
+/// Says on stderr how many meshes and pictures of a frame had no room on the GPU.
+void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn);
+
 /// What keeps a frame from being what was asked for, a line each; empty when it is.
 std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
 

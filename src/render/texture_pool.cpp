@@ -8,7 +8,8 @@
 namespace tellurion::render {
 namespace {
 
-constexpr std::uint64_t kBlockBytes = 8u << 20u;  // 22 of 256-pixel tiles with their mips
+// 22 of 256-pixel tiles with their mips; the next block of a shape has four times that: few of them, few draw calls.
+constexpr std::uint64_t kFirstBlockBytes = 8u << 20u;
 constexpr std::uint64_t kMostLayers = 256;        // of small pictures
 
 int largestArray() {
@@ -82,13 +83,14 @@ TexturePool::Block* TexturePool::freeLayerOf(const TextureArrayShape& shape) {
 }
 
 int TexturePool::layersForNewBlock(const TextureArrayShape& shape) const {
-  const bool isFirst = std::ranges::none_of(blocks_, [&](const Block& block) { return block.shape == shape; });
+  const auto before = std::ranges::count_if(blocks_, [&](const Block& block) { return block.shape == shape; });
   const std::uint64_t each = shape.bytesALayer();
   const std::uint64_t inBudget = budget_ > bytes_ ? (budget_ - bytes_) / each : 0;
-  const std::uint64_t wanted = std::min({std::clamp<std::uint64_t>(kBlockBytes / each, 1, kMostLayers), inBudget,
-                                         static_cast<std::uint64_t>(mostLayers_)});
+  const std::uint64_t next = (kFirstBlockBytes << std::min<std::int64_t>(2 * before, 20)) / each;
+  const std::uint64_t wanted = std::min(
+      {std::clamp<std::uint64_t>(next, 1, kMostLayers), inBudget, static_cast<std::uint64_t>(mostLayers_)});
   // A shape that has no block at all gets one layer even from an exhausted budget.
-  return static_cast<int>(std::max<std::uint64_t>(wanted, isFirst ? 1 : 0));
+  return static_cast<int>(std::max<std::uint64_t>(wanted, before == 0 ? 1 : 0));
 }
 
 TexturePool::Block* TexturePool::addBlock(const TextureArrayShape& shape) {

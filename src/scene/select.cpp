@@ -97,7 +97,6 @@ class Cut {
 
  private:
   void grow() {
-    leaves_ = tiling_.rootCount();
     for (int root = 0; root < tiling_.rootCount(); ++root) {
       const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
       const int node = add(id, tree_.root(root), -1);
@@ -120,6 +119,7 @@ class Cut {
     out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
     out_.cappedByBudget = false;
     copies_bytes_ = 0;
+    leaves_ = 0;
     triangles_ = bytes_ = 0;
     stage_ = Stage::free;
     grow();
@@ -175,6 +175,7 @@ class Cut {
   /// What it costs to draw, if it is drawn.
   void count(const Node& node, int sign) {
     if (!node.seen) return;
+    leaves_ += sign;
     triangles_ += sign * node.facts->triangles;
     bytes_ += sign * static_cast<std::int64_t>(node.facts->bytes);
   }
@@ -344,7 +345,7 @@ class Cut {
       triangles += node.seen ? child->triangles : 0;
       bytes += node.seen ? static_cast<std::int64_t>(child->bytes) : 0;
     }
-    const bool enough = leaves_ + 3 <= options_.maxTiles && triangles <= options_.maxTriangles &&
+    const bool enough = leaves_ + (node.seen ? 3 : 0) <= options_.maxTiles && triangles <= options_.maxTriangles &&
                         std::cmp_less_equal(bytes, options_.maxBytes);
     out_.cappedByBudget = out_.cappedByBudget || (!enough && priority > 1.0);
     return enough;
@@ -386,7 +387,6 @@ class Cut {
         at(first + q).around[place] = kin.isSibling ? first + kin.which : at(node).around[kin.which];
       }
     }
-    leaves_ += 3;
     return true;
   }
 
@@ -556,8 +556,8 @@ class Cut {
   const CutOptions& options_;
   TileTree& tree_;
   const CutHistory* history_;
-  int leaves_ = 0;
-  std::int64_t triangles_ = 0;  ///< of the leaves that are seen
+  int leaves_ = 0;              ///< that are seen
+  std::int64_t triangles_ = 0;  ///< of those
   std::int64_t bytes_ = 0;
   std::uint64_t copies_bytes_ = 0;  ///< that drawing the leaves would take
   enum class Stage : std::uint8_t {

@@ -23,10 +23,10 @@ struct CutOptions {
   /// Spacing of a tile's samples on screen that needs no refinement, whatever the error; > 0. One sample or more for
   /// each square of that side.
   double maxSpacing_px = std::numeric_limits<double>::infinity();
-  /// What the leaves of the cut may be: the worst are refined first, as far as this goes. Tiles, drawn or culled:
-  /// pictures of 3840 x 2160 need up to 2300 (docs/selection.md), so this is for what was asked for by mistake. And
-  /// those that may be seen: their triangles, and the bytes of their meshes and pictures.
-  int maxTiles = 3000;
+  /// What the leaves of the cut that may be seen may be: the worst are refined first, as far as this goes. Their number
+  /// (pictures of 3840 x 2160 need up to 2300, docs/selection.md, so this is for what was asked for by mistake), their
+  /// triangles, and the bytes of their meshes and pictures.
+  int maxTiles = 4000;
   std::int64_t maxTriangles = std::numeric_limits<std::int64_t>::max();
   std::uint64_t maxBytes = std::numeric_limits<std::uint64_t>::max();
   /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
