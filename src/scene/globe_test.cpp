@@ -475,7 +475,7 @@ TEST(Globe, aFrameThatSpendsItsBudgetOfTilesIsNotComplete) {
   Planet p = planetOf(Scheme::cube);
   const View view = viewFrom(30, 15, 40e3, 0, -60);
   loaded(*p.globe, view);
-  const Frame& frame = p.globe->update(view, {.maxTiles = 40});
+  const Frame& frame = p.globe->update(view, {.maxTiles = 10});
   EXPECT_FALSE(frame.complete);
   EXPECT_TRUE(frame.statistics.cappedByBudget);
   EXPECT_EQ(frame.statistics.tilesWanted, 0);

@@ -499,7 +499,7 @@ class Cut {
     memory.clear();
     // Children follow their parents.
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
-      const bool drawn = isDrawn(*node) && node->shown;
+      const bool drawn = isDrawn(*node);
       if (!drawn && !node->hasDrawn) continue;
       if (node->parent >= 0) at(node->parent).hasDrawn = true;
       memory.add(node->id, drawn ? CutMemory::Was::leaf : CutMemory::Was::split);

@@ -231,8 +231,9 @@ TEST_F(Uploads, AFlightOnALittleGpuStaysWithinTheBudgetAndEndsComplete) {
     }
     EXPECT_TRUE(complete);
     EXPECT_EQ(tilesOf(globe->update(last, options, &gpu)), whole);
-    // Beside finer ground a tile or two come in any case.
-    EXPECT_LE(most, 2 * options.copies_bytes);
+    // Beside finer ground a tile or two come in any case; and at six degrees a frame what was just out of the picture
+    // comes in faster than it can be copied before.
+    EXPECT_LE(most, 3 * options.copies_bytes);
     std::printf("GPU of %zu, view of %zu: most in a frame %.1f tiles, all %.1f, over the budget in %d frames\n",
                 capacity, 3 * whole.size(), double(most) / kTile, double(sum) / kTile, beyond);
   }
