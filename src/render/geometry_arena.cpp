@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(scene::TerrainVertex);
 constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
-constexpr std::uint64_t kFirstChunkBytes = 8u << 20u;  // each next one four times that: few of them, few draw calls
+constexpr std::uint64_t kFirstChunkBytes = 8u << 20u;  // the next ones three times that: few of them, few draw calls
 constexpr std::uint64_t kSmallChunkBytes = 1u << 20u;  // the last one of the budget, and those beyond it
 constexpr double kVertexShare = 0.7;                   // of a tile's geometry
 
@@ -74,7 +74,7 @@ std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh,
     if (const auto place = placeIn(chunk, mesh)) return place;
   }
   const std::uint64_t left = budget_ - std::min(bytes_, budget_);
-  const std::uint64_t next = kFirstChunkBytes << std::min<std::size_t>(2 * chunks_.size(), 20);
+  const std::uint64_t next = chunks_.empty() ? kFirstChunkBytes : 3 * kFirstChunkBytes * chunks_.size();
   if (left >= kSmallChunkBytes && addChunk(std::min(next, left), mesh)) return placeIn(last(), mesh);
   while (const auto evicted = resident_.evictOldest(frame)) {
     release(*evicted);

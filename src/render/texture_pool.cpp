@@ -8,9 +8,10 @@
 namespace tellurion::render {
 namespace {
 
-// 22 of 256-pixel tiles with their mips; the next block of a shape has four times that: few of them, few draw calls.
+// 22 of 256-pixel tiles with their mips; the next blocks of a shape have three times that and more: few of them, few
+// draw calls.
 constexpr std::uint64_t kFirstBlockBytes = 8u << 20u;
-constexpr std::uint64_t kMostLayers = 256;        // of small pictures
+constexpr std::uint64_t kMostLayers = 256;  // of small pictures
 
 int largestArray() {
   GLint layers = 0;
@@ -86,9 +87,9 @@ int TexturePool::layersForNewBlock(const TextureArrayShape& shape) const {
   const auto before = std::ranges::count_if(blocks_, [&](const Block& block) { return block.shape == shape; });
   const std::uint64_t each = shape.bytesALayer();
   const std::uint64_t inBudget = budget_ > bytes_ ? (budget_ - bytes_) / each : 0;
-  const std::uint64_t next = (kFirstBlockBytes << std::min<std::int64_t>(2 * before, 20)) / each;
-  const std::uint64_t wanted = std::min(
-      {std::clamp<std::uint64_t>(next, 1, kMostLayers), inBudget, static_cast<std::uint64_t>(mostLayers_)});
+  const std::uint64_t next = (before == 0 ? 1 : 3 * static_cast<std::uint64_t>(before)) * kFirstBlockBytes / each;
+  const std::uint64_t wanted =
+      std::min({std::clamp<std::uint64_t>(next, 1, kMostLayers), inBudget, static_cast<std::uint64_t>(mostLayers_)});
   // A shape that has no block at all gets one layer even from an exhausted budget.
   return static_cast<int>(std::max<std::uint64_t>(wanted, before == 0 ? 1 : 0));
 }

@@ -18,8 +18,8 @@ struct TexturePlace {
   std::uint32_t layer = 0;
 };
 
-/// Pictures on the GPU as layers of 2D array textures. A block is one array of one shape; each has four times
-/// the layers of the one before, so that few of them (and few draw calls) hold many pictures, and none is made before it
+/// Pictures on the GPU as layers of 2D array textures. A block is one array of one shape; each is
+/// larger than the one before, so that few of them (and few draw calls) hold many pictures, and none is made before it
 /// is needed. At the budget the
 /// pictures used longest ago leave. Never over the budget, but for one layer of each shape. GL thread only.
 class TexturePool {
