@@ -10,8 +10,8 @@ namespace {
 constexpr double kRungsAnOctave = 4.0;
 constexpr int kMostRungs = 64;
 
-/// A level of tiles takes this long to fade (CutOptions::fade_s); until then frames cost what they did.
-constexpr double kFade_s = 0.3;
+/// A level of tiles takes this long to fade; until then frames cost what they did.
+constexpr double kFade_s = CutOptions{}.fade_s;
 constexpr double kLongestGap_s = 0.5;
 
 /// What is plain is told from few frames, soon: far over its time, or far under it. The rest by a long look.

@@ -17,14 +17,13 @@
 #include <string>
 #include <thread>
 
-#include "pyramid/pyramid_builder.h"
-#include "pyramid/pyramid_reader.h"
 #include "render/context.h"
 #include "render/deepest_ground_test.h"
 #include "render/renderer.h"
 #include "scene/drawn_ground.h"
 #include "scene/globe.h"
 #include "scene/picking.h"
+#include "truth/embedded_earth.h"
 
 namespace tellurion {
 namespace {
@@ -150,21 +149,6 @@ class NoHole : public testing::TestWithParam<tiling::Scheme> {
     return it;
   }
 };
-
-std::shared_ptr<const raster::TileSource> earthOn(tiling::Scheme scheme, const std::filesystem::path& folder) {
-  const std::string data = TELLURION_SOURCE_DIR "/data/earth/";
-  std::filesystem::create_directories(folder);
-  const pyramid::BuildOptions build{
-      .output = folder / "earth.tdb",
-      .inputs = {data + "etopo5_dem_10min.tif", data + "srtm3_everest_N27E086_filled.tif"},
-      .scheme = scheme,
-      .body = geo::earth()};
-  const auto built = pyramid::buildPyramid(build);
-  EXPECT_TRUE(built) << (built ? "" : describe(built.error()));
-  const auto source = pyramid::PyramidReader::open(build.output);
-  EXPECT_TRUE(source) << (source ? "" : describe(source.error()));
-  return source ? *source : nullptr;
-}
 
 std::string nameOfTile(const tiling::TileId& id) {
   return std::to_string(id.level) + "/" + std::to_string(id.root) + "/" + std::to_string(id.x) + "/" +
