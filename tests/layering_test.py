@@ -23,6 +23,8 @@ LIBRARIES = {
     "WebP": ("webp/",),
     "zstd": ("zstd",),
     "SQLite": ("sqlite3",),
+    "libcurl": ("curl/",),
+    "pugixml": ("pugixml",),
     "toml++": ("toml++/",),
     "OpenGL": ("epoxy/gl.h",),
     "EGL": ("epoxy/egl.h",),

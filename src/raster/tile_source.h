@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -20,11 +23,37 @@ struct TileSourceInfo {
   geo::GeoRect bounds = geo::GeoRect::whole();
 };
 
+/// What is known of a tile that is not loaded.
+struct TilePresence {
+  bool stored = false;
+  std::uint8_t childMask = 0;  ///< bit q: the child in quadrant q is stored
+};
+
+/// What load() of a tile needs, on its way or here. Destroying it cancels what is on its way, and lets go of the rest.
+class Preparation {
+ public:
+  Preparation() = default;
+  virtual ~Preparation() = default;
+  Preparation(const Preparation&) = delete;
+  Preparation& operator=(const Preparation&) = delete;
+  virtual void setPriority(double priority) = 0;  ///< larger comes first
+};
+
 /// Where tiles come from: one interface for both kinds of samples. Thread-safe.
 class TileSource {
  public:
   virtual ~TileSource() = default;
   virtual const TileSourceInfo& info() const = 0;
+  /// What can be told of a tile at once, without waiting for anything; nothing: load() has to be asked.
+  virtual std::optional<TilePresence> presence(const tiling::TileId& /*id*/) const { return std::nullopt; }
+  /// Begins to bring what load(id) reads from a network. `ready` is called once, on any thread but not from within,
+  /// when load(id) will not wait for it any more; it must be quick. While a server is failing it is not called. Not
+  /// after the preparation is destroyed, which must live until load(id) has returned. Null: there is nothing to wait
+  /// for, and `ready` is not called.
+  virtual std::unique_ptr<Preparation> prepare(const tiling::TileId& /*id*/, double /*priority*/,
+                                               std::function<void()> /*ready*/) const {
+    return nullptr;
+  }
   /// Nothing: there is no such tile (not the same as one without data). May block on disk or network.
   virtual io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const = 0;
 };

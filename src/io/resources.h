@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/failure.h"
+
+namespace tellurion::io {
+
+/// What a server gave for a URL.
+struct Resource {
+  std::vector<std::byte> bytes;
+  std::string contentType;  ///< as the server stated it, lower case, without parameters; may be empty
+};
+
+/// What is wanted of the network or of what is kept of it.
+struct ResourceRequest {
+  std::string url;      ///< http or https
+  std::string dataset;  ///< what it is a part of, for the cache and for messages: server, layer, style, time, ...
+  std::uint64_t maxBytes = std::uint64_t{32} << 20;
+  /// Whether the bytes are what was asked for, called on a thread of the network, so it must be quick: true, or false
+  /// when they say that there is nothing at this place. A failure (an error page, a damaged image) is asked for again,
+  /// later and later, and is never kept. Empty: anything is good.
+  std::function<Result<bool>(const Resource&)> check;
+};
+
+struct ResourceOptions {
+  std::filesystem::path cacheFile;                    ///< empty: nothing is kept on disk
+  std::uint64_t cacheBytes = std::uint64_t{2} << 30;  ///< of cacheFile, least recently used goes first
+  bool offline = false;                               ///< nothing but what is kept, however old
+  int connectionsPerHost = 6;
+  int connections = 24;
+};
+
+struct ResourceStatistics {
+  std::uint64_t requests = 0;        ///< sent to a server
+  std::uint64_t failedRequests = 0;  ///< of those: no answer, or one that was no good
+  std::uint64_t receivedBytes = 0;
+  std::uint64_t fromCache = 0;
+  std::uint64_t cacheBytes = 0;
+  std::uint64_t waiting = 0;  ///< asked for and not here yet
+};
+
+/// Bytes by URL: from the disk cache, else from the server (libcurl, a thread of its own). Equal requests are one.
+/// Thread-safe.
+class Resources {
+ public:
+  explicit Resources(const ResourceOptions& options);
+  ~Resources();  ///< drops what has not come; no callback runs after
+  Resources(const Resources&) = delete;
+  Resources& operator=(const Resources&) = delete;
+
+  /// A request under way. Destroying it cancels: no callback begins afterwards, one that runs is waited for (but not on
+  /// its own thread). The transfer itself ends when nobody else waits for it.
+  class Ticket {
+   public:
+    Ticket();
+    Ticket(Ticket&&) noexcept;
+    Ticket& operator=(Ticket&&) noexcept;
+    ~Ticket();
+    void setPriority(double priority) const;
+
+   private:
+    friend class Resources;
+    struct State;
+    std::shared_ptr<State> state_;
+  };
+
+  /// `ready` is called once, on a thread of this object, never from within get(): with the bytes; with null where the
+  /// server says that there is nothing (remembered until that expires); with a failure when they cannot come (offline
+  /// and not kept, a URL that cannot be asked for, a refusal like 401 or 403). While a server is failing (no answer,
+  /// 5xx, 429, bad bytes) it is not called: the request is made again with backoff until the server is well. It must
+  /// be quick.
+  using Ready = std::function<void(Result<std::shared_ptr<const Resource>>)>;
+  [[nodiscard]] Ticket get(const ResourceRequest& request, double priority, Ready ready);
+
+  /// The same, waited for. timeout_s over: a failure that says what the server's trouble is.
+  Result<std::shared_ptr<const Resource>> wait(const ResourceRequest& request, double timeout_s);
+
+  ResourceStatistics statistics() const;
+  /// What is wrong now, one for each host in trouble: which, why, since when, when it is asked again.
+  std::vector<Failure> troubles() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace tellurion::io

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "raster/image_grid.h"
+
+namespace tellurion::raster {
+
+/// A layer on a server as a scene file names it (docs/scene-file.md). Empty means: as the server says, or the usual.
+struct ServiceLayer {
+  std::string source;  ///< URL; of XYZ and REST templates with {x} {y} {z}, {-y}, {s}, ...
+  std::string type;    ///< wms, wmts, tms, xyz, worldwind; empty: told from the source
+  std::string layer;
+  std::string style;
+  std::string format;     ///< MIME type
+  std::string crs;        ///< EPSG:4326, EPSG:3857, CRS:84, ...
+  std::string version;    ///< 1.1.1, 1.3.0
+  std::string time;       ///< ISO 8601
+  std::string matrixSet;  ///< WMTS
+  std::string encoding;   ///< elevation: band, terrarium, mapbox, centimetre
+  std::string attribution;
+  std::optional<double> scale, offset_m, nodata;        ///< elevation
+  std::optional<double> levelZero_degrees;              ///< World Wind: side of a tile of level 0
+  std::optional<int> tilePixels, minLevel, maxLevel;    ///< maxLevel: as the source counts them
+  std::optional<std::array<double, 4>> bounds_degrees;  ///< west, south, east, north
+};
+
+/// What a scene's entry means, the server asked for its capabilities where that is needed. Waits for the network; for a
+/// thread of its own. Failures say what the server offers instead.
+io::Result<GridService> openService(const ServiceLayer& layer, Kind kind, const geo::Body& body,
+                                    io::Resources& resources);
+
+}  // namespace tellurion::raster
