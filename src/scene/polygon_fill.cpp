@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 namespace tellurion::scene {
@@ -13,6 +14,12 @@ using DirectedEdge = std::pair<GridPoint, GridPoint>;
 bool holds(const GridTriangle& t, GridPoint p) {
   if (p == t[0] || p == t[1] || p == t[2]) return false;
   return doubleArea(t[0], t[1], p) >= 0 && doubleArea(t[1], t[2], p) >= 0 && doubleArea(t[2], t[0], p) >= 0;
+}
+
+int squaredLength(GridPoint a, GridPoint b) {
+  const int across = b.col - a.col;
+  const int down = b.row - a.row;
+  return across * across + down * down;
 }
 
 bool isEar(const std::vector<GridPoint>& polygon, std::size_t tip) {
@@ -49,18 +56,19 @@ std::vector<GridPoint> outlineOf(const std::vector<GridTriangle>& region) {
 }
 
 void fillPolygon(std::vector<GridPoint> outline, std::vector<GridTriangle>& out) {
-  for (std::size_t tip = 0, misses = 0; outline.size() >= 3 && misses <= outline.size();) {
+  while (outline.size() >= 3) {
     const std::size_t n = outline.size();
-    tip %= n;
-    if (!isEar(outline, tip)) {
-      ++tip;
-      ++misses;
-      continue;
+    std::size_t best = n;
+    int shortest = std::numeric_limits<int>::max();
+    for (std::size_t tip = 0; tip < n; ++tip) {
+      const int length = squaredLength(outline[(tip + n - 1) % n], outline[(tip + 1) % n]);
+      if (length >= shortest || !isEar(outline, tip)) continue;
+      best = tip;
+      shortest = length;
     }
-    out.push_back({outline[(tip + n - 1) % n], outline[tip], outline[(tip + 1) % n]});
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(tip));
-    ++tip;  // not the neighbour next: thin fans from one corner are avoided where possible
-    misses = 0;
+    if (best == n) return;
+    out.push_back({outline[(best + n - 1) % n], outline[best], outline[(best + 1) % n]});
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(best));
   }
 }
 

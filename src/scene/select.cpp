@@ -82,8 +82,8 @@ class Cut {
         tiling_(tiling),
         view_(view),
         picture_(view),
-        frustum_(view, history != nullptr ? options.margin : 0.0),
-        horizon_(ellipsoid.horizon(history != nullptr ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
+        frustum_(view, options.morph ? options.margin : 0.0),
+        horizon_(ellipsoid.horizon(options.morph ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
         pixelAngle_(view.pixelAngle()),
         options_(options),
         tree_(tree),
@@ -291,7 +291,7 @@ class Cut {
 
   /// In the picture itself, the margin left out.
   void showIn(Node& node) {
-    if (history_ == nullptr) {
+    if (!options_.morph) {
       node.shown = true;
     } else if (node.parent < 0 || at(node.parent).shown) {
       const auto inside =
