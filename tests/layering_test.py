@@ -41,7 +41,7 @@ HEADER_EXCEPTIONS = {"GLM": "geo/vector.h", "tl::expected": "io/failure.h"}
 OF_TESTS = {
     "geo": ("GeographicLib/",),
     "tiling": ("chealpix.h", "proj.h"),
-    "pyramid": ("gdal", "cpl_", "ogr"),
+    "pyramid": ("gdal", "cpl_", "ogr", "sqlite3"),
 }
 TEST_FRAMEWORK = ("gtest/", "gmock/")
 
@@ -174,7 +174,8 @@ CASES = [
     ("scene/a_test.cpp", "#include <gdal_priv.h>", "'raster' owns"),
     ("pyramid/a_test.cpp", "#include <gdal_priv.h>", ""),
     ("pyramid/a.cpp", "#include <gdal_priv.h>", "'raster' owns"),
-    ("raster/a.cpp", "#include <sqlite3.h>", "'pyramid' owns"),
+    ("pyramid/a.cpp", "#include <sqlite3.h>", "'io' owns"),
+    ("pyramid/a_test.cpp", "#include <sqlite3.h>", ""),
     ("app/a.cpp", "#include <epoxy/gl.h>", "'render' owns"),
     ("render/a.cpp", "#include <epoxy/egl.h>", ""),
     ("render/a.cpp", "#include <GL/gl.h>", "no library"),
