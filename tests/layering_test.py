@@ -41,6 +41,7 @@ HEADER_EXCEPTIONS = {"GLM": "geo/vector.h", "tl::expected": "io/failure.h"}
 OF_TESTS = {
     "geo": ("GeographicLib/",),
     "tiling": ("chealpix.h", "proj.h"),
+    "io": ("nlohmann/",),
     "pyramid": ("gdal", "cpl_", "ogr", "sqlite3"),
 }
 TEST_FRAMEWORK = ("gtest/", "gmock/")
