@@ -16,16 +16,18 @@ namespace fs = std::filesystem;
 constexpr auto kGather = std::chrono::milliseconds(200);
 constexpr std::uint64_t kGathered_bytes = 4 << 20;
 constexpr std::uint64_t kLargestBatch_bytes = 8 << 20;
+constexpr std::uint64_t kLargestEntry_bytes = 32 << 20;
 // A disk that is slower than the network must not fill the memory.
 constexpr std::uint64_t kMostPending_bytes = 64 << 20;
 constexpr auto kUsesEvery = std::chrono::seconds(30);
 constexpr std::size_t kMostUses = 1024;
 // After a failure (a full disk, another program that holds the file).
 constexpr auto kPause = std::chrono::seconds(30);
-// What a row costs beside its body, about.
-constexpr std::uint64_t kRow_bytes = 512;
-// The log beside the file is part of the budget.
-constexpr std::uint64_t kLog_bytes = 16 << 20;
+// What a row costs beside its body, about; bodies fill whole pages.
+constexpr std::uint64_t kRow_bytes = 1024;
+constexpr std::uint64_t kPage_bytes = 4096;
+// The log beside the file is part of the budget: it has to hold the largest entry.
+constexpr std::uint64_t kMostLog_bytes = 48 << 20;
 
 std::int64_t wallClock_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::system_clock::now().time_since_epoch())
@@ -39,7 +41,12 @@ fs::path beside(const fs::path& path, const char* ending) {
 }  // namespace
 
 std::uint64_t ByteCache::Change::size() const {
-  return kRow_bytes + (entry && entry->resource ? entry->resource->bytes.size() : 0);
+  const std::uint64_t body = entry && entry->resource ? entry->resource->bytes.size() : 0;
+  return kRow_bytes + (body + kPage_bytes - 1) / kPage_bytes * kPage_bytes;
+}
+
+std::uint64_t ByteCache::limit() const {
+  return budget_ - std::min(kMostLog_bytes, budget_ / 4);
 }
 
 ByteCache::ByteCache(fs::path path, std::uint64_t budget, Warn warn)
@@ -55,6 +62,7 @@ ByteCache::~ByteCache() {
   }
   wake_.notify_all();
   thread_.join();
+  reader_.reset();  // the last to close writes the log into the file: the one that can
 }
 
 void ByteCache::tell(Failure failure) {
@@ -78,18 +86,13 @@ void ByteCache::open() {
 }
 
 Result<void> ByteCache::openFile() {
-  Result<CacheFile> writer = CacheFile::open(path_, SqliteConnection::Mode::create);
+  const std::int64_t logBytes = std::min(CacheFile::kLog_bytes, static_cast<std::int64_t>(budget_ / 16));
+  Result<CacheFile> writer = CacheFile::open(path_, SqliteConnection::Mode::create, logBytes);
   if (!writer) return tl::unexpected(writer.error());
   Result<CacheFile> reader = CacheFile::open(path_, SqliteConnection::Mode::read);
   if (!reader) return tl::unexpected(reader.error());
   const Result<std::uint64_t> bytes = writer->bytes();
   if (!bytes) return tl::unexpected(bytes.error());
-  std::error_code error;
-  const std::uintmax_t fileBytes = fs::file_size(path_, error);
-  if (!error && fileBytes > budget_) {  // made with a larger budget
-    if (const auto done = writer->shrinkTo(budget_ - std::min(kLog_bytes, budget_ / 4)); !done) return done;
-    if (const auto done = writer->releaseFreePages(); !done) return done;
-  }
   const std::scoped_lock lock(readMutex_, queueMutex_);
   writer_ = std::move(*writer);
   reader_ = std::move(*reader);
@@ -154,7 +157,8 @@ void ByteCache::keep(const CacheKey& key, CacheEntry entry) {
   const std::scoped_lock lock(queueMutex_);
   Change change{.entry = std::move(entry)};
   // One that would push out most of the others is not worth it.
-  if (change.size() > budget_ / 8 || pendingBytes_ + change.size() > kMostPending_bytes) return;
+  if (change.size() > std::min(kLargestEntry_bytes, budget_ / 8) || pendingBytes_ + change.size() > kMostPending_bytes)
+    return;
   Change& slot = pending_[key];
   pendingBytes_ += change.size();
   pendingBytes_ -= std::min(pendingBytes_, slot.entry ? slot.size() : 0);
@@ -181,7 +185,17 @@ std::uint64_t ByteCache::bytes() const {
   return bytes_;
 }
 
+// Of a file that was made with a larger budget.
+void ByteCache::trim() {
+  std::error_code error;
+  const std::uintmax_t fileBytes = fs::file_size(path_, error);
+  if (!writer_ || error || fileBytes <= budget_) return;
+  write({}, {});
+  if (const auto done = writer_->releaseFreePages(); !done) tell(done.error());
+}
+
 void ByteCache::run() {
+  trim();
   std::unique_lock lock(queueMutex_);
   while (true) {
     wake_.wait_for(lock, kUsesEvery,
@@ -189,7 +203,7 @@ void ByteCache::run() {
     if (!stopping_ && !pending_.empty())
       wake_.wait_for(lock, kGather, [&] { return stopping_ || pendingBytes_ >= kGathered_bytes; });
     const std::optional<Failure> damage = std::exchange(damage_, std::nullopt);
-    const std::uint64_t most = std::min(kLargestBatch_bytes, budget_ / 8);
+    const std::uint64_t most = std::min(kLargestBatch_bytes, budget_ / 16);
     std::uint64_t taken = 0;
     while (!pending_.empty() && (taken == 0 || taken + pending_.begin()->second.size() <= most)) {
       auto node = pending_.extract(pending_.begin());
@@ -227,13 +241,12 @@ Result<void> ByteCache::tryWrite(const Changes& changes, const Uses& uses) {
   std::uint64_t size = 0;
   for (const auto& [key, change] : changes)
     size += change.size();
-  const std::uint64_t limit = budget_ - std::min(kLog_bytes, budget_ / 4);
   Result<void> done = writer_->begin();
   if (!done) return done;
   const std::int64_t now_ms = wallClock_ms();
   for (const auto& [row, used_ms] : uses)
     if (done) done = writer_->markUsed(row, used_ms);
-  if (done) done = writer_->shrinkTo(limit - std::min(limit, size));
+  if (done) done = writer_->shrinkTo(limit() - std::min(limit(), size));
   for (const auto& [key, change] : changes) {
     if (!done) break;
     done =

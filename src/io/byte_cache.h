@@ -48,6 +48,8 @@ class ByteCache {
   void open();
   Result<void> openFile();
   void replaceDamaged(const Failure& why);
+  std::uint64_t limit() const;
+  void trim();
   void run();
   void write(const Changes& changes, const Uses& uses);
   Result<void> tryWrite(const Changes& changes, const Uses& uses);

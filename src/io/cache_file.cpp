@@ -17,19 +17,35 @@ constexpr int kEvictedAtOnce = 32;
 constexpr std::array kTables{
     "CREATE TABLE IF NOT EXISTS entries (row INTEGER PRIMARY KEY, dataset TEXT NOT NULL, url TEXT NOT NULL,"
     " type TEXT NOT NULL, etag TEXT NOT NULL, modified TEXT NOT NULL, fetched INTEGER NOT NULL,"
-    " expires INTEGER NOT NULL, used_ms INTEGER NOT NULL, size INTEGER, checksum INTEGER, UNIQUE (dataset, url))",
+    " expires INTEGER NOT NULL, used_ms INTEGER NOT NULL, size INTEGER, checksum INTEGER NOT NULL, UNIQUE (dataset, "
+    "url))",
     "CREATE INDEX IF NOT EXISTS entries_by_use ON entries (used_ms)",
     "CREATE TABLE IF NOT EXISTS bodies (row INTEGER PRIMARY KEY, bytes BLOB NOT NULL)",
 };
 
-// FNV-1a, 64 bits: against bytes that went bad on the disk, not against anybody.
-std::int64_t checksumOf(std::span<const std::byte> bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const std::byte b : bytes) {
-    hash ^= std::to_integer<std::uint64_t>(b);
-    hash *= 0x100000001b3;
+// FNV-1a, 64 bits, of all but the times: against bytes that went bad on the disk, not against anybody.
+class Checksum {
+ public:
+  void add(std::span<const std::byte> bytes) {
+    for (const std::byte b : bytes) {
+      hash_ ^= std::to_integer<std::uint64_t>(b);
+      hash_ *= 0x100000001b3;
+    }
   }
-  return static_cast<std::int64_t>(hash);
+  std::int64_t value() const { return static_cast<std::int64_t>(hash_); }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325;
+};
+
+std::int64_t checksumOf(const CacheKey& key, const CacheEntry& entry) {
+  Checksum sum;
+  const std::string type = entry.resource ? entry.resource->contentType : "";
+  const std::string texts = fmt::format("{}\n{}\n{}\n{}\n{}\n{}", entry.resource ? "there" : "nothing", key.dataset,
+                                        key.url, type, entry.etag, entry.lastModified);
+  sum.add(std::as_bytes(std::span(texts)));
+  if (entry.resource) sum.add(entry.resource->bytes);
+  return sum.value();
 }
 
 Result<void> createTables(const SqliteConnection& connection) {
@@ -45,7 +61,7 @@ Result<void> createTables(const SqliteConnection& connection) {
 }
 
 // Blank files become caches; what is something else is not ours to write into.
-Result<void> prepareFile(const SqliteConnection& connection, SqliteConnection::Mode mode) {
+Result<void> prepareFile(const SqliteConnection& connection, SqliteConnection::Mode mode, std::int64_t logBytes) {
   const Result<std::int64_t> application = connection.integer("PRAGMA application_id");
   if (!application) return tl::unexpected(application.error());
   const Result<std::int64_t> version = connection.integer("PRAGMA user_version");
@@ -64,17 +80,21 @@ Result<void> prepareFile(const SqliteConnection& connection, SqliteConnection::M
   if (*application != kApplicationId)
     if (const auto done = connection.execute("PRAGMA auto_vacuum = INCREMENTAL"); !done) return done;
   if (const auto done = connection.execute("PRAGMA journal_mode = WAL"); !done) return done;
-  for (const char* const setting : {"PRAGMA synchronous = NORMAL", "PRAGMA journal_size_limit = 8388608"})
+  const std::int64_t pageSize = connection.integer("PRAGMA page_size").value_or(4096);
+  for (const std::string& setting : {std::string("PRAGMA synchronous = NORMAL"),
+                                     fmt::format("PRAGMA wal_autocheckpoint = {}", logBytes / pageSize + 1),
+                                     fmt::format("PRAGMA journal_size_limit = {}", logBytes)})
     if (const auto done = connection.execute(setting); !done) return done;
   return *application == kApplicationId ? Result<void>{} : createTables(connection);
 }
 
 }  // namespace
 
-Result<CacheFile> CacheFile::open(const std::filesystem::path& path, SqliteConnection::Mode mode) {
+Result<CacheFile> CacheFile::open(const std::filesystem::path& path, SqliteConnection::Mode mode,
+                                  std::int64_t logBytes) {
   Result<SqliteConnection> connection = SqliteConnection::open(path, mode);
   if (!connection) return tl::unexpected(connection.error());
-  if (const auto ready = prepareFile(*connection, mode); !ready) return tl::unexpected(ready.error());
+  if (const auto ready = prepareFile(*connection, mode, logBytes); !ready) return tl::unexpected(ready.error());
   return CacheFile(std::move(*connection));
 }
 
@@ -103,13 +123,12 @@ Result<std::optional<CacheFile::Found>> CacheFile::find(const CacheKey& key) {
   found.entry.lastModified = row.text(3);
   found.entry.fetched = row.integer(4);
   found.entry.expires = row.integer(5);
-  bool sound = true;
   if (!row.isNull(6)) {
     const std::span<const std::byte> bytes = row.blob(8);
-    sound = static_cast<std::int64_t>(bytes.size()) == row.integer(6) && checksumOf(bytes) == row.integer(7);
     found.entry.resource =
         std::make_shared<const Resource>(Resource{.bytes = {bytes.begin(), bytes.end()}, .contentType = row.text(1)});
   }
+  const bool sound = checksumOf(key, found.entry) == row.integer(7);
   row.reset();  // an open statement would hold back the log's checkpoints
   if (!sound) return std::nullopt;
   return found;
@@ -125,13 +144,11 @@ Result<void> CacheFile::write(const CacheKey& key, const CacheEntry& entry, std:
   if (!upsert) return tl::unexpected(upsert.error());
   SqliteStatement& insert = **upsert;
   insert.bind(1, key.dataset).bind(2, key.url).bind(4, entry.etag).bind(5, entry.lastModified);
-  insert.bind(6, entry.fetched).bind(7, entry.expires).bind(8, used_ms);
+  insert.bind(6, entry.fetched).bind(7, entry.expires).bind(8, used_ms).bind(10, checksumOf(key, entry));
   if (entry.resource) {
-    insert.bind(3, entry.resource->contentType)
-        .bind(9, static_cast<std::int64_t>(entry.resource->bytes.size()))
-        .bind(10, checksumOf(entry.resource->bytes));
+    insert.bind(3, entry.resource->contentType).bind(9, static_cast<std::int64_t>(entry.resource->bytes.size()));
   } else {
-    insert.bind(3, std::string_view("")).bindNull(9).bindNull(10);
+    insert.bind(3, std::string_view("")).bindNull(9);
   }
   const Result<bool> inserted = insert.step();
   if (!inserted) return tl::unexpected(inserted.error());
@@ -203,7 +220,8 @@ Result<bool> CacheFile::isSound() const {
 }
 
 Result<void> CacheFile::releaseFreePages() {
-  return connection_.execute("PRAGMA incremental_vacuum");
+  const Result<void> done = connection_.execute("PRAGMA incremental_vacuum");
+  return done ? connection_.execute("PRAGMA wal_checkpoint(TRUNCATE)") : done;
 }
 
 }  // namespace tellurion::io

@@ -33,7 +33,11 @@ struct CacheEntry {
 /// connections and processes may have it open. A failure with Code::corrupt says that the file is of no more use.
 class CacheFile {
  public:
-  static Result<CacheFile> open(const std::filesystem::path& path, SqliteConnection::Mode mode);
+  /// The log beside the file is written into it when it has so many bytes.
+  static constexpr std::int64_t kLog_bytes = 4 << 20;
+
+  static Result<CacheFile> open(const std::filesystem::path& path, SqliteConnection::Mode mode,
+                                std::int64_t logBytes = kLog_bytes);
 
   struct Found {
     std::int64_t row = 0;
@@ -56,7 +60,7 @@ class CacheFile {
   Result<void> begin() { return connection_.execute("BEGIN IMMEDIATE"); }
   Result<void> commit() { return connection_.execute("COMMIT"); }
   void rollback() { static_cast<void>(connection_.execute("ROLLBACK")); }
-  /// Gives free pages at the file's end back to the file system.
+  /// Gives all free pages back to the file system.
   Result<void> releaseFreePages();
 
  private:
