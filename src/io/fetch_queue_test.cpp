@@ -14,8 +14,9 @@ SteadyTime at(double seconds) {
   return SteadyTime{} +
          std::chrono::duration_cast<SteadyTime::duration>(std::chrono::duration<double>(1000.0 + seconds));
 }
+// Rounded up: at() of it is not before.
 double secondsOf(SteadyTime time) {
-  return std::chrono::duration<double>(time.time_since_epoch()).count() - 1000.0;
+  return std::chrono::duration<double>(time.time_since_epoch()).count() - 1000.0 + 1e-6;
 }
 
 Fetcher::Id add(FetchQueue& queue, const std::string& host, const std::string& url, double priority = 1.0) {
