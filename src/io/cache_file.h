@@ -29,7 +29,7 @@ struct CacheEntry {
   UnixSeconds expires = 0;  ///< good without asking the server until then
 };
 
-/// One SQLite file of cache entries; docs/online.md has its tables. Move-only, one thread only; any number of
+/// One SQLite file of cache entries; docs/online.md has its tables. Move-only, one thread at a time; any number of
 /// connections and processes may have it open. A failure with Code::corrupt says that the file is of no more use.
 class CacheFile {
  public:

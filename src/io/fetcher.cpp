@@ -163,6 +163,7 @@ void Fetcher::Loop::startNext() {
                                                                .maxBytes = request.maxBytes,
                                                                .etag = request.etag,
                                                                .lastModified = request.lastModified,
+                                                               .authorities = options_.authorities.string(),
                                                                .connectTimeout_s = options_.connectTimeout_s,
                                                                .stallTimeout_s = options_.stallTimeout_s});
     void* const handle = transfer->handle();

@@ -38,6 +38,7 @@ struct ResourceOptions {
   std::function<void(const Failure&)> warn;
   int connectionsPerHost = 6;
   int connections = 24;  ///< to all hosts; up to twice as many while servers that hardly answer hold theirs
+  std::filesystem::path authorities;  ///< certificates (PEM) of whom https trusts; empty: those of the system
   double connectTimeout_s = 10.0;
   double stallTimeout_s = 30.0;  ///< whole seconds: less than 256 bytes a second for so long is no answer
   double firstRetry_s = 1.0;     ///< doubled with each failure ...

@@ -124,6 +124,7 @@ void Transfer::configure() {
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_2TLS));
   // Wait for a connection that can carry many requests, but only where there may be one.
   curl_easy_setopt(easy, CURLOPT_PIPEWAIT, request_.url.starts_with("https") ? 1L : 0L);
+  if (!request_.authorities.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, request_.authorities.c_str());
   curl_easy_setopt(easy, CURLOPT_ACCEPT_ENCODING, "");
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, std::lround(request_.connectTimeout_s * 1000.0));
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kStalled_bytesPerSecond);
