@@ -13,7 +13,7 @@ void CutMemory::clear() {
 /// Where a tile is, or would be put; there are free slots always.
 std::size_t CutMemory::slotOf(const tiling::TileId& id) const {
   const std::size_t mask = slots_.size() - 1;
-  std::size_t i = tiling::TileIdHash{}(id) & mask;
+  std::size_t i = tiling::TileIdHash{}(id)&mask;
   while (slots_[i].id.level != kFree && slots_[i].id != id)
     i = (i + 1) & mask;
   return i;
