@@ -13,35 +13,63 @@ constexpr double kAboveRounding = 1e-6;
 class Collection {
  public:
   Collection(const CutOptions& options, const CutHistory* history, double pixelAngle, CutForest& forest,
-             CornerLattice& corners, Selection& out)
-      : options_(options), history_(history), pixelAngle_(pixelAngle), forest_(forest), corners_(corners), out_(out) {}
+             CollectionBuffers& buffers, Selection& out)
+      : options_(options),
+        history_(history),
+        pixelAngle_(pixelAngle),
+        forest_(forest),
+        leaves_(buffers.leaves),
+        corners_(history != nullptr ? history->now->corners : buffers.corners),
+        out_(out) {}
 
   void run() {
+    addLeaves();
     if (options_.morph) settleCorners();
-    for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i) {
-      const CutNode& node = forest_.at(i);
-      if (!node.isDrawn()) continue;
-      SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = coarseEdgesOf(i)};
-      for (std::size_t q = 0; options_.morph && node.parent >= 0 && q < 4; ++q)
-        tile.morph[q] = corners_.valueAt(node.facts->corners.corners[q], node.id.level);
-      if (!node.shown) {
-        out_.soon.push_back(tile);
-        continue;
-      }
-      tile.error_px = drawnError_px(node, tile.morph);
-      out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
-      out_.drawn.push_back(tile);
-    }
+    for (const DrawnLeaf& leaf : leaves_)
+      draw(leaf);
     if (history_ != nullptr) remember(forest_, *history_->now);
     sortWanted();
   }
 
  private:
+  void addLeaves() {
+    leaves_.clear();
+    corners_.clear();
+    for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i) {
+      const CutNode& node = forest_.at(i);
+      if (node.firstChild >= 0) continue;
+      CornerLattice::Leaf corners{.id = node.id, .drawn = node.isDrawn()};
+      if (corners.drawn) {
+        corners.coarseEdges = coarseEdgesOf(i);
+        corners.fromParent = node.before == Before::above;
+        corners.goal = goalOf(node);
+        corners.speed = speedOf(node);
+        leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
+      }
+      if (!options_.morph) continue;
+      const CornerLattice::Places places = corners_.add(node.facts->corners, corners);
+      if (corners.drawn) leaves_.back().places = places;
+    }
+  }
+
+  void draw(const DrawnLeaf& leaf) {
+    const CutNode& node = forest_.at(leaf.node);
+    SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges};
+    if (options_.morph && node.parent >= 0) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    if (!node.shown) {
+      out_.soon.push_back(tile);
+      return;
+    }
+    tile.error_px = drawnError_px(node, tile.morph);
+    out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
+    out_.drawn.push_back(tile);
+  }
+
   std::uint8_t coarseEdgesOf(int node) {
     unsigned mask = 0;
     for (std::size_t e = 0; e < tiling::kEdges.size(); ++e) {
       const CutNode& beyond = forest_.at(forest_.covering(node, e));
-      if (beyond.id.level + 1 == forest_.at(node).id.level && beyond.seen) mask |= 1u << e;
+      if (beyond.id.level + 1 == forest_.at(node).id.level && beyond.isDrawn()) mask |= 1u << e;
     }
     return static_cast<std::uint8_t>(mask);
   }
@@ -88,19 +116,12 @@ class Collection {
   }
 
   void settleCorners() {
-    corners_.clear();
-    for (const CutNode& node : forest_.nodes) {
-      if (node.firstChild < 0)
-        corners_.add(node.facts->corners, node.id.level, node.isDrawn(), node.before == Before::above, goalOf(node),
-                     speedOf(node));
-    }
     const bool atGoals = history_ != nullptr
                              ? corners_.settle(&history_->last->corners, static_cast<float>(history_->step))
                              : corners_.settle(nullptr, 1.0f);
-    const bool unfinished = std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
+    out_.morphing = !atGoals || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
       return n.waits || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
     });
-    out_.morphing = !atGoals || unfinished;
   }
 
   /// Each tile once, as urgent as the most urgent of those who asked for it.
@@ -121,6 +142,7 @@ class Collection {
   const CutHistory* history_;
   double pixelAngle_;
   CutForest& forest_;
+  std::vector<DrawnLeaf>& leaves_;
   CornerLattice& corners_;
   Selection& out_;
 };
@@ -128,9 +150,8 @@ class Collection {
 }  // namespace
 
 void collectCut(const CutOptions& options, const CutHistory* history, double pixelAngle, CutForest& forest,
-                CornerLattice& ownCorners, Selection& out) {
-  CornerLattice& corners = history != nullptr ? history->now->corners : ownCorners;
-  Collection(options, history, pixelAngle, forest, corners, out).run();
+                CollectionBuffers& buffers, Selection& out) {
+  Collection(options, history, pixelAngle, forest, buffers, out).run();
 }
 
 }  // namespace tellurion::scene

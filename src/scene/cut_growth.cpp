@@ -19,7 +19,7 @@ std::uint64_t copiesOf(const CutNode& node) {
 /// A forest of tiles that grows from the roots by splitting leaves.
 class Growth {
  public:
-  Growth(const CutRules& rules, CutBuffers& buffers, Selection& out)
+  Growth(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out)
       : rules_(rules),
         options_(rules.options),
         past_(rules.past),
@@ -118,7 +118,7 @@ class Growth {
     node.facts = facts;
     node.parent = parent;
     look(node, over);
-    node.before = past_.of(id, over);
+    past_.recall(node, over);
     // What is only there until it looks like its parent asks for nothing below it.
     if (over != nullptr && over->kept) node.need = std::min(node.need, 1.0);
     count(node, 1);
@@ -206,8 +206,10 @@ class Growth {
     const TileChildren children = rules_.tree.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
     if (!areReady(id, children, at(node).inside, priority)) return false;
+    const std::size_t nodes = forest_.nodes.size();
     const bool balanced = splitCoarserAround(node, priority, atAnyCost);
-    if (!affords(at(node), children, priority)) return false;  // what lies around it took the rest
+    // What lies around it may have taken the rest.
+    if (nodes != forest_.nodes.size() && !affords(at(node), children, priority)) return false;
     if (!past_.mayPart(at(node), children)) {
       at(node).waits = true;
       prefetchBelow(id, children, priority);
@@ -264,7 +266,7 @@ class Growth {
     }
   }
 
-  const CutRules& rules_;
+  const GrowthRules& rules_;
   const CutOptions& options_;
   const CutPast& past_;
   CutForest& forest_;
@@ -285,7 +287,7 @@ class Growth {
 
 }  // namespace
 
-void growCut(const CutRules& rules, CutBuffers& buffers, Selection& out) {
+void growCut(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out) {
   Growth(rules, buffers, out).run();
 }
 

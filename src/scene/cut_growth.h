@@ -16,14 +16,14 @@ struct WaitingNode {
 };
 
 /// What a cut grows in: its memory is kept from frame to frame.
-struct CutBuffers {
+struct GrowthBuffers {
   CutForest forest;
   std::vector<WaitingNode> queue;   ///< a heap
   std::vector<WaitingNode> costly;  ///< what would copy to the GPU
 };
 
 /// What a cut is grown by.
-struct CutRules {
+struct GrowthRules {
   const tiling::Tiling& tiling;
   const CutOptions& options;
   const CutSight& sight;
@@ -33,6 +33,6 @@ struct CutRules {
 
 /// Grows the forest from the roots, worst first, as far as select() says, and fills in what `out` tells of it: what is
 /// wanted, the counts, what is capped or held back, and what drawing its leaves leaves of the copies.
-void growCut(const CutRules& rules, CutBuffers& buffers, Selection& out);
+void growCut(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out);
 
 }  // namespace tellurion::scene

@@ -26,12 +26,12 @@ struct CutNode {
   std::array<int, kAround> around{};
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   std::uint8_t insidePicture = 0;
-  bool seen = false;      ///< may be in the picture, or soon (CutOptions::margin)
-  bool shown = false;     ///< may be in the picture itself
-  bool waits = false;     ///< would be split, but has not left its parent's surface yet
-  bool hasDrawn = false;  ///< something below it is drawn
-  bool kept = false;      ///< is split only since it was, and its children are not back on its surface
+  bool seen = false;   ///< may be in the picture, or soon (CutOptions::margin)
+  bool shown = false;  ///< may be in the picture itself
+  bool waits = false;  ///< would be split, but has not left its parent's surface yet
+  bool kept = false;   ///< is split only since it was, and its children are not back on its surface
   Before before = Before::nowhere;
+  int past = -1;  ///< its place in the last frame's CutMemory
   double distance_m = 0.0;
   double error_px = 0.0;
   double texel_px = 0.0;

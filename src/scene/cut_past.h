@@ -16,8 +16,8 @@ class CutPast {
   explicit CutPast(const CutHistory* history) : history_(history) {}
 
   bool isKnown() const { return history_ != nullptr; }
-  /// `parent` is null for a root.
-  Before of(const tiling::TileId& id, const CutNode* parent) const;
+  /// Fills in what the node was. `parent` is null for a root.
+  void recall(CutNode& node, const CutNode* parent) const;
   /// Of a node that was drawn as finer tiles: all of its children that were drawn look like it.
   bool isBackOnItsSurface(const CutNode& node, const TileChildren& children) const;
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and
@@ -32,6 +32,6 @@ class CutPast {
 bool isOnParentsSurface(const TileFacts& facts, int level, const CornerLattice& corners);
 
 /// For the frame after this one: its leaves that are drawn, and what is over them.
-void remember(CutForest& forest, CutMemory& memory);
+void remember(const CutForest& forest, CutMemory& memory);
 
 }  // namespace tellurion::scene

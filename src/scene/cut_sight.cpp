@@ -5,7 +5,6 @@
 namespace tellurion::scene {
 namespace {
 
-constexpr double kNearest_m = 0.5;
 constexpr double kLift = 0.05;  ///< of the eye's height: what comes over the horizon soon
 
 geo::BodyPosition lifted(const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid) {
@@ -15,6 +14,7 @@ geo::BodyPosition lifted(const geo::BodyPosition& eye, const geo::Ellipsoid& ell
 
 /// Its ground lies in both boxes, and in its parent's.
 std::optional<std::uint8_t> planesAround(const ViewFrustum& frustum, const TileFacts& facts, std::uint8_t parents) {
+  if (parents == ViewFrustum::kAllPlanes) return parents;
   const auto inside = frustum.planesAround(facts.box, parents);
   return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
 }
@@ -24,10 +24,6 @@ bool isHidden(const TileFacts& facts, const geo::Horizon& horizon) {
 }
 
 }  // namespace
-
-double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
-  return length_m / (std::max(distance_m, kNearest_m) * pixelAngle);
-}
 
 CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
                    bool looksAhead)

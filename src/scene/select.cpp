@@ -25,8 +25,8 @@ void clear(Selection& out) {
 struct Selector::Work {
   tiling::Tiling tiling;
   geo::Ellipsoid ellipsoid;
-  CutBuffers buffers;
-  CornerLattice corners;  ///< where nothing is remembered
+  GrowthBuffers growth;
+  CollectionBuffers collection;
   Selection out;
 };
 
@@ -43,9 +43,9 @@ const Selection& Selector::select(const View& view, const CutOptions& options, d
   clear(work.out);
   const CutSight sight(view, work.ellipsoid, options, occluderDepth_m, history != nullptr);
   const CutPast past(history);
-  growCut({.tiling = work.tiling, .options = options, .sight = sight, .past = past, .tree = tree}, work.buffers,
+  growCut({.tiling = work.tiling, .options = options, .sight = sight, .past = past, .tree = tree}, work.growth,
           work.out);
-  collectCut(options, history, view.pixelAngle(), work.buffers.forest, work.corners, work.out);
+  collectCut(options, history, view.pixelAngle(), work.growth.forest, work.collection, work.out);
   return work.out;
 }
 
