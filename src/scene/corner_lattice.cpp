@@ -49,7 +49,7 @@ void CornerLattice::clear() {
   std::fill(slots_.begin(), slots_.end(), kFreeSlot);
 }
 
-CornerLattice::Places CornerLattice::add(const TileCorners& tile, const Leaf& leaf) {
+void CornerLattice::add(const TileCorners& tile, const Leaf& leaf, Places* told) {
   const auto level = static_cast<std::int8_t>(leaf.id.level);
   Places places{};
   for (std::size_t q = 0; q < tile.size(); ++q) {
@@ -66,7 +66,7 @@ CornerLattice::Places CornerLattice::add(const TileCorners& tile, const Leaf& le
     if (level == c.finest) c.goal = std::max(c.goal, leaf.goal);
   }
   if (leaf.coarseEdges != 0) meetCoarser(places, leaf);
-  return places;
+  if (told != nullptr) *told = places;
 }
 
 /// A tile that is coarser across an edge has the middle of its own edge where this tile has the corner that is not its
@@ -96,11 +96,6 @@ bool CornerLattice::settle(const CornerLattice* last, float step) {
   return atGoals;
 }
 
-float CornerLattice::valueIn(const Corner& corner, int level) {
-  if (level < corner.finest) return 1.0f;
-  return level == corner.finest ? corner.value : 0.0f;
-}
-
 const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
   if (corners_.empty()) return nullptr;
   const std::uint32_t place = slots_[slotOf(key)];
@@ -110,13 +105,6 @@ const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
 float CornerLattice::valueAt(CornerKey corner, int level) const {
   const Corner* found = find(corner);
   return found == nullptr ? 0.0f : valueIn(*found, level);
-}
-
-std::array<float, 4> CornerLattice::valuesAt(const Places& places, int level) const {
-  std::array<float, 4> values{};
-  for (std::size_t q = 0; q < values.size(); ++q)
-    values[q] = valueIn(corners_[places[q]], level);
-  return values;
 }
 
 }  // namespace tellurion::scene

@@ -37,7 +37,8 @@ class CornerLattice {
   };
 
   void clear();
-  Places add(const TileCorners& corners, const Leaf& leaf);
+  /// places, where they are asked for: filled in.
+  void add(const TileCorners& corners, const Leaf& leaf, Places* places = nullptr);
   /// After all were added: values are where they should be; where there is a last frame that had the corner, no more
   /// than `step` times its speed from its value. False: some have not reached their goal.
   bool settle(const CornerLattice* last, float step);
@@ -45,7 +46,10 @@ class CornerLattice {
   /// 0 where no tile of this level has the corner, 1 where finer ones have.
   float valueAt(CornerKey corner, int level) const;
   /// Of a tile that was added.
-  std::array<float, 4> valuesAt(const Places& places, int level) const;
+  std::array<float, 4> valuesAt(const Places& places, int level) const {
+    return {valueIn(corners_[places[0]], level), valueIn(corners_[places[1]], level),
+            valueIn(corners_[places[2]], level), valueIn(corners_[places[3]], level)};
+  }
 
  private:
   struct Corner {
@@ -63,7 +67,10 @@ class CornerLattice {
   const Corner* find(CornerKey key) const;
   void meetCoarser(const Places& places, const Leaf& leaf);
   void grow();
-  static float valueIn(const Corner& corner, int level);
+  static float valueIn(const Corner& corner, int level) {
+    if (level < corner.finest) return 1.0f;
+    return level == corner.finest ? corner.value : 0.0f;
+  }
 
   std::vector<Corner> corners_;       ///< clear() keeps its memory, and that of the slots
   std::vector<std::uint32_t> slots_;  ///< open addressing into corners_, half of them free

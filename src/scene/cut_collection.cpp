@@ -47,8 +47,7 @@ class Collection {
         leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
       }
       if (!options_.morph) continue;
-      const CornerLattice::Places places = corners_.add(node.facts->corners, corners);
-      if (corners.drawn) leaves_.back().places = places;
+      corners_.add(node.facts->corners, corners, corners.drawn ? &leaves_.back().places : nullptr);
     }
   }
 

@@ -38,13 +38,12 @@ class Growth {
   void growFromRoots() {
     clear();
     for (int root = 0; root < rules_.tiling.rootCount(); ++root) {
-      const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
-      CutNode& node = add(id, rules_.tree.root(root), -1);
+      CutNode& node = add(-1, root, rules_.tree.root(root));
       for (std::size_t place = 0; place < kAround; ++place) {
         const auto& beside = node.facts->around[place];
         node.around[place] = beside ? beside->root : -1;
       }
-      if (!node.facts->drawable) want(id, node.seen ? kMissingRoot : kUnseenRoot);
+      if (!node.facts->drawable) want(node.id, node.seen ? kMissingRoot : kUnseenRoot);
     }
     refine();
   }
@@ -109,14 +108,14 @@ class Growth {
     bytes_ += sign * static_cast<std::int64_t>(node.facts->bytes);
   }
 
-  /// What lies around it is left to the caller.
-  CutNode& add(const tiling::TileId& id, TileFacts* facts, int parent) {
+  /// `which`: its quadrant, or number of a root, whose parent is -1. What lies around it is left to the caller.
+  CutNode& add(int parent, int which, TileFacts* facts) {
     const int index = static_cast<int>(forest_.nodes.size());
-    CutNode& node = forest_.nodes.emplace_back();
+    CutNode& node = forest_.nodes.emplace_back(facts, parent);
     const CutNode* over = parent >= 0 ? &at(parent) : nullptr;
-    node.id = id;
-    node.facts = facts;
-    node.parent = parent;
+    // Made in its place: moved there, its parts would be waited for.
+    node.id =
+        over != nullptr ? over->id.child(which) : tiling::TileId{.level = 0, .root = static_cast<std::uint8_t>(which)};
     look(node, over);
     past_.recall(node, over);
     // What is only there until it looks like its parent asks for nothing below it.
@@ -124,10 +123,10 @@ class Growth {
     count(node, 1);
     copies_bytes_ += copiesOf(node);
     if (node.need > 1.0) {
-      enqueue(node.need, id, index);
+      enqueue(node.need, node.id, index);
     } else if (node.before == Before::below && node.isDrawn() &&
-               (stage_ != Stage::whole || !past_.isBackOnItsSurface(node, rules_.tree.children(id, *facts)))) {
-      enqueue(kKept, id, index);
+               (stage_ != Stage::whole || !past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *facts)))) {
+      enqueue(kKept, node.id, index);
     }
     return node;
   }
@@ -173,7 +172,8 @@ class Growth {
   /// While a tile waits for its morph, what will be needed below its children comes already.
   void prefetchBelow(const tiling::TileId& id, const TileChildren& children, double priority) {
     for (int q = 0; q < 4; ++q) {
-      CutNode child{.id = id.child(q), .facts = children[static_cast<std::size_t>(q)]};
+      CutNode child(children[static_cast<std::size_t>(q)], -1);
+      child.id = id.child(q);
       if (!child.facts->drawable || !rules_.sight.maySee(*child.facts, 0)) continue;
       child.distance_m = rules_.sight.distance_m(child.facts->tightBox);
       rules_.sight.measure(child);
@@ -225,12 +225,11 @@ class Growth {
   }
 
   void replaceByChildren(int node, const TileChildren& children) {
-    const tiling::TileId id = at(node).id;
     const int first = static_cast<int>(forest_.nodes.size());
     copies_bytes_ -= copiesOf(at(node));
     count(at(node), -1);
     for (int q = 0; q < 4; ++q) {
-      CutNode& child = add(id.child(q), children[static_cast<std::size_t>(q)], node);
+      CutNode& child = add(node, q, children[static_cast<std::size_t>(q)]);
       for (std::size_t place = 0; place < kAround; ++place) {
         const Kin kin = kinAround(q, place);
         child.around[place] = kin.isSibling ? first + kin.which : at(node).around[kin.which];

@@ -18,12 +18,14 @@ enum class Before : std::uint8_t {
 };
 
 struct CutNode {
+  CutNode(TileFacts* itsFacts, int itsParent) : facts(itsFacts), parent(itsParent) {}
+
   tiling::TileId id;
-  TileFacts* facts = nullptr;
-  int parent = -1;
+  TileFacts* facts;
+  int parent;           ///< -1: a root
   int firstChild = -1;  ///< its four children follow each other
-  /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is.
-  std::array<int, kAround> around{};
+  /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is. Set by who adds the node.
+  std::array<int, kAround> around;
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   std::uint8_t insidePicture = 0;
   bool seen = false;   ///< may be in the picture, or soon (CutOptions::margin)
