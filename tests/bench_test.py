@@ -143,6 +143,15 @@ class Bench(unittest.TestCase):
         self.assertGreater(most("--uploads", 0), 0)
         self.assertEqual(self.run_program("render", self.database, "--camera", "0,0,6e6,0,-90,0", "--uploads", 1, "-o", self.work / "x.png").returncode, 2)
 
+    def test_says_what_was_too_small(self):
+        play = ("bench", self.database, "--path", self.path, "--size", "320x240")
+        budget = self.run_program(*play, "--max-tiles", 16)
+        self.assertEqual(budget.returncode, 0, budget.stderr)
+        self.assertRegex(budget.stderr, r"warning: in \d+ of \d+ frames, the 16 tiles \(--max-tiles\) .* pixels off")
+        memory = self.run_program(*play, "--gpu-memory", 1, "--uploads", 0)
+        self.assertRegex(memory.stderr, r"warning: in \d+ of \d+ frames, \d+ pictures .* --gpu-memory")
+        self.assertNotIn("warning", self.run_program(*play).stderr)
+
     def test_wrong_use(self):
         view = ("render", self.database, "--camera", "0,0,6e6,0,-90,0", "-o", self.work / "x.png")
         play = ("bench", self.database, "--path", self.path)
@@ -153,7 +162,8 @@ class Bench(unittest.TestCase):
                             ((*view, "--quality", 0), "1 is full quality"),
                             ((*view, "--quality", "nan"), "1 is full quality"),
                             ((*view, "--quality", "auto"), "bench and view"),
-                            ((*view, "--frame-ms", 20), "--frame-ms"),
+                            ((*view, "--frame-ms", 20), "--frame-ms: is for bench and view, whose quality it holds; here each picture is waited for"),
+                            ((*view, "--uploads", 1), "--uploads: is for bench and view"),
                             ((*play, "--quality", "best"), "'auto' or a number"),
                             ((*play, "--frame-ms", 20), "--quality auto"),
                             ((*play, "--plot", self.work / "x.png"), ".svg"),

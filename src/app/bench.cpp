@@ -147,6 +147,17 @@ io::Result<void> writeFigures(const Arguments& arguments, const std::vector<Fram
   return writeTextFile(arguments.plot, benchPlot(title, subtitle, frames));
 }
 
+/// Of frames with the same trouble, the worst stands for all.
+void warnOfShortage(const PictureArguments& picture, const std::vector<FrameFigures>& frames) {
+  const auto where = [&](std::ptrdiff_t count) { return fmt::format("in {} of {} frames, ", count, frames.size()); };
+  const auto error_px = [](const FrameFigures& f) { return f.scene.cappedByBudget ? f.scene.maxScreenError_px : 0.0; };
+  const auto withoutRoom = [](const FrameFigures& f) { return f.render.tilesWithoutRoom; };
+  warnOfBudget("bench", picture, std::ranges::max_element(frames, {}, error_px)->scene,
+               where(std::ranges::count_if(frames, [](const FrameFigures& f) { return f.scene.cappedByBudget; })));
+  warnOfMemory("bench", picture, std::ranges::max_element(frames, {}, withoutRoom)->render,
+               where(std::ranges::count_if(frames, [&](const FrameFigures& f) { return withoutRoom(f) > 0; })));
+}
+
 io::Result<void> bench(const Arguments& arguments) {
   checkOutputs(arguments);
   const auto path = scene::readCameraPath(arguments.path);
@@ -161,6 +172,7 @@ io::Result<void> bench(const Arguments& arguments) {
                path->duration().count());
   if (const auto written = writeFigures(arguments, frames); !written) return written;
   print(summaryOf(frames, *path, wasStopped), arguments.json);
+  warnOfShortage(arguments.picture, frames);
   for (const io::Failure& failure : studio->globe->failures())
     fmt::print(stderr, "warning: {}\n", io::describe(failure));
   return {};

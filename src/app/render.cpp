@@ -80,7 +80,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
                                            std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
   if (interrupt.token().stop_requested())
     return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
-  warnOfBudget("render", arguments.picture, frame);
+  warnOfBudget("render", arguments.picture, frame.statistics);
   warnOfGround(globe, view);
   warnOfMemory("render", arguments.picture, studio->renderer.draw(frame, studio->target));
   if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());

@@ -76,6 +76,11 @@ std::string qualityProblem(const std::string& text, Pace pace) {
                      pace == Pace::realTime ? "'auto' or " : "", number);
 }
 
+/// An option of other subcommands: the help does not list it, and whoever gives it is told what to do instead.
+void refuse(CLI::App& command, const std::string& option, const std::string& reason) {
+  command.add_option(option)->group("")->check([reason](const std::string&) { return reason; });
+}
+
 void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
   const auto take = [&arguments](const std::string& text) {
     arguments.automaticQuality = text == kAutomatic;
@@ -91,7 +96,14 @@ void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
       ->check(CLI::Validator([pace](const std::string& text) { return qualityProblem(text, pace); },
                              mayBeAutomatic ? "auto, " + range : range))
       ->default_str(arguments.automaticQuality ? kAutomatic : "1");
-  if (!mayBeAutomatic) return;
+  if (!mayBeAutomatic) {
+    refuse(command, "--frame-ms",
+           "is for bench and view, whose quality it holds; here each picture is waited for: leave it out, or give "
+           "--quality a number under 1 for a cheaper picture");
+    refuse(command, "--uploads",
+           "is for bench and view; here each picture is waited for, and all that it needs is copied: leave it out");
+    return;
+  }
   command.add_option("--frame-ms", arguments.frame_ms, "Milliseconds that a frame may take with --quality auto")
       ->check(between(1.0, 10000.0))
       ->capture_default_str();
@@ -252,24 +264,27 @@ std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Fr
   return lines;
 }
 
-void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::Frame& frame) {
-  if (!frame.statistics.cappedByBudget) return;
+void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::FrameStatistics& frame,
+                  const std::string& where) {
+  if (!frame.cappedByBudget) return;
   std::string budget = fmt::format("{} tiles (--max-tiles)", arguments.maxTiles);
   if (arguments.maxTriangles > 0) budget += fmt::format(" or {} triangles (--max-triangles)", arguments.maxTriangles);
   if (arguments.maxMebibytes > 0) budget += fmt::format(" or {} MiB (--max-mib)", arguments.maxMebibytes);
   fmt::print(
       stderr,
-      "tellurion {}: warning: the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
+      "tellurion {}: warning: {}the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
       "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
-      command, budget, frame.statistics.maxScreenError_px);
+      command, where, budget, frame.maxScreenError_px);
 }
 
-void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn) {
+void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn,
+                  const std::string& where) {
   if (drawn.tilesWithoutRoom == 0) return;
-  fmt::print(stderr,
-             "tellurion {}: warning: {} pictures of the ground found no room in {:g} MiB of GPU memory, and their tiles "
-             "have one plain colour; raise --gpu-memory\n",
-             command, drawn.tilesWithoutRoom, arguments.gpuMemory_MiB);
+  fmt::print(
+      stderr,
+      "tellurion {}: warning: {}{} pictures of the ground found no room in {:g} MiB of GPU memory, and their tiles "
+      "have one plain colour; raise --gpu-memory\n",
+      command, where, drawn.tilesWithoutRoom, arguments.gpuMemory_MiB);
 }
 
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view) {

@@ -78,14 +78,17 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
 const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
                                  std::chrono::duration<double> timeout, const std::stop_token& stop = {});
 
-/// Says on stderr how many meshes and pictures of a frame had no room on the GPU.
-void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn);
+/// Says on stderr that pictures of the ground had no room on the GPU, if so; of one frame of several, `where` says which
+/// ("in 3 of 20 frames, ").
+void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn,
+                  const std::string& where = {});
 
 /// What keeps a frame from being what was asked for, a line each; empty when it is.
 std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
 
-/// Says on stderr how far off the picture is where the budget of tiles did not reach the tolerance.
-void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::Frame& frame);
+/// Says on stderr how far off the picture is, if a budget did not reach the tolerance; `where` likewise.
+void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::FrameStatistics& frame,
+                  const std::string& where = {});
 
 /// How far the eye is below the loaded ground at its place, metres; 0 above it, or where no ground is loaded.
 double depthBelowGround_m(const scene::Globe& globe, const scene::View& view);

@@ -119,13 +119,14 @@ void drawAtRandom(scene::Frame& frame, const tiling::Tiling& tiling, std::mt1993
   scene::CornerLattice corners;
   for (const scene::DrawnTile& tile : frame.tiles) {
     const double goal = std::clamp(geo::uniform(random, -1.5, 1.2), 0.0, 1.0);
-    corners.add(scene::tileCorners(tiling, tile.id), tile.id.level, true, false, static_cast<float>(goal));
+    corners.add(scene::tileCorners(tiling, tile.id),
+                {.id = tile.id, .coarseEdges = tile.coarseEdges, .goal = static_cast<float>(goal)});
   }
   corners.settle(nullptr, 1.0f);
   for (scene::DrawnTile& tile : frame.tiles) {
     const scene::TileCorners at = scene::tileCorners(tiling, tile.id);
     for (std::size_t q = 0; q < 4; ++q)
-      tile.morph[q] = corners.valueAt(at.corners[q], tile.id.level);
+      tile.morph[q] = corners.valueAt(at[q], tile.id.level);
   }
 }
 

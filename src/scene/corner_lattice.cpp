@@ -16,75 +16,75 @@ TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id) 
     }
     return std::max(hash, CornerKey{1});
   };
-  return {.corners = {key(0.0, 0.0), key(1.0, 0.0), key(0.0, 1.0), key(1.0, 1.0)},
-          .edgeMiddles = {key(0.5, 0.0), key(1.0, 0.5), key(0.5, 1.0), key(0.0, 0.5)}};
+  return {key(0.0, 0.0), key(1.0, 0.0), key(0.0, 1.0), key(1.0, 1.0)};
 }
 
-CornerLattice::Corner& CornerLattice::at(CornerKey key) {
-  if (2 * (used_ + 1) > slots_.size()) grow();
+/// Where a corner is listed, or would be; there are free slots always.
+std::size_t CornerLattice::slotOf(CornerKey key) const {
   const std::size_t mask = slots_.size() - 1;
   std::size_t i = key & mask;
-  while (slots_[i].key != kFreeSlot && slots_[i].key != key)
+  while (slots_[i] != kFreeSlot && corners_[slots_[i]].key != key)
     i = (i + 1) & mask;
-  if (slots_[i].key == kFreeSlot) {
-    slots_[i].key = key;
-    ++used_;
-  }
-  return slots_[i];
-}
-
-const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
-  if (slots_.empty()) return nullptr;
-  const std::size_t mask = slots_.size() - 1;
-  for (std::size_t i = key & mask; slots_[i].key != kFreeSlot; i = (i + 1) & mask) {
-    if (slots_[i].key == key) return &slots_[i];
-  }
-  return nullptr;
+  return i;
 }
 
 void CornerLattice::grow() {
-  std::vector<Corner> old(std::max<std::size_t>(1024, 2 * slots_.size()));
-  std::swap(old, slots_);
-  const std::size_t mask = slots_.size() - 1;
-  for (const Corner& corner : old) {
-    if (corner.key == kFreeSlot) continue;
-    std::size_t i = corner.key & mask;
-    while (slots_[i].key != kFreeSlot)
-      i = (i + 1) & mask;
-    slots_[i] = corner;
+  slots_.assign(std::max<std::size_t>(1024, 2 * slots_.size()), kFreeSlot);
+  for (std::uint32_t place = 0; place < corners_.size(); ++place)
+    slots_[slotOf(corners_[place].key)] = place;
+}
+
+std::uint32_t CornerLattice::placeOf(CornerKey key) {
+  if (2 * (corners_.size() + 1) > slots_.size()) grow();
+  std::uint32_t& slot = slots_[slotOf(key)];
+  if (slot == kFreeSlot) {
+    slot = static_cast<std::uint32_t>(corners_.size());
+    corners_.push_back({.key = key});
   }
+  return slot;
 }
 
 void CornerLattice::clear() {
-  std::fill(slots_.begin(), slots_.end(), Corner{});
-  used_ = 0;
+  corners_.clear();
+  std::fill(slots_.begin(), slots_.end(), kFreeSlot);
 }
 
-void CornerLattice::add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed) {
-  for (const CornerKey key : tile.corners) {
-    Corner& c = at(key);
+void CornerLattice::add(const TileCorners& tile, const Leaf& leaf, Places* told) {
+  const auto level = static_cast<std::int8_t>(leaf.id.level);
+  Places places{};
+  for (std::size_t q = 0; q < tile.size(); ++q) {
+    places[q] = placeOf(tile[q]);
+    Corner& c = corners_[places[q]];
     if (level > c.finest) {
-      c.finest = static_cast<std::int8_t>(level);
+      c.finest = level;
       c.goal = 0.0f;
     }
-    if (!drawn) continue;
-    c.fromParent = c.fromParent || fromParent;
-    c.speed = std::max(c.speed, speed);
-    c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
-    if (level == c.finest) c.goal = std::max(c.goal, goal);
+    if (!leaf.drawn) continue;
+    c.fromParent = c.fromParent || leaf.fromParent;
+    c.speed = std::max(c.speed, leaf.speed);
+    c.coarsestDrawn = std::min(c.coarsestDrawn, level);
+    if (level == c.finest) c.goal = std::max(c.goal, leaf.goal);
   }
-  for (const CornerKey key : tile.edgeMiddles) {
-    if (!drawn) continue;
-    Corner& c = at(key);
-    c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level));
-    c.finest = std::max(c.finest, static_cast<std::int8_t>(level));
+  if (leaf.coarseEdges != 0) meetCoarser(places, leaf);
+  if (told != nullptr) *told = places;
+}
+
+/// A tile that is coarser across an edge has the middle of its own edge where this tile has the corner that is not its
+/// parent's as well.
+void CornerLattice::meetCoarser(const Places& places, const Leaf& leaf) {
+  // By tiling::Edge, the quadrants at its ends.
+  constexpr std::array<std::array<int, 2>, 4> kEnds{{{0, 1}, {1, 3}, {2, 3}, {0, 2}}};
+  for (std::size_t edge = 0; edge < kEnds.size(); ++edge) {
+    if (((leaf.coarseEdges >> edge) & 1) == 0) continue;
+    const int middle = kEnds[edge][0] == leaf.id.quadrant() ? kEnds[edge][1] : kEnds[edge][0];
+    Corner& c = corners_[places[static_cast<std::size_t>(middle)]];
+    c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(leaf.id.level - 1));
   }
 }
 
 bool CornerLattice::settle(const CornerLattice* last, float step) {
   bool atGoals = true;
-  for (Corner& c : slots_) {
-    if (c.key == kFreeSlot) continue;
+  for (Corner& c : corners_) {
     const float goal = c.coarsestDrawn < c.finest ? 0.0f : c.goal;
     c.value = goal;
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
@@ -96,9 +96,10 @@ bool CornerLattice::settle(const CornerLattice* last, float step) {
   return atGoals;
 }
 
-float CornerLattice::valueIn(const Corner& corner, int level) {
-  if (level < corner.finest) return 1.0f;
-  return level == corner.finest ? corner.value : 0.0f;
+const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
+  if (corners_.empty()) return nullptr;
+  const std::uint32_t place = slots_[slotOf(key)];
+  return place == kFreeSlot ? nullptr : &corners_[place];
 }
 
 float CornerLattice::valueAt(CornerKey corner, int level) const {

@@ -11,10 +11,8 @@ namespace tellurion::scene {
 /// Tells the place of a tile's corner from all others: the same in every tile that has a corner there. Never 0.
 using CornerKey = std::uint64_t;
 
-struct TileCorners {
-  std::array<CornerKey, 4> corners{};      ///< in the order of quadrants: (s, t) = (0, 0), (1, 0), (0, 1), (1, 1)
-  std::array<CornerKey, 4> edgeMiddles{};  ///< where two finer tiles may have corners
-};
+/// In the order of quadrants: (s, t) = (0, 0), (1, 0), (0, 1), (1, 1).
+using TileCorners = std::array<CornerKey, 4>;
 TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id);
 
 /// How far tiles have left their parents' surfaces (0..1, DrawnTile::morph) at the corners where they meet: for each
@@ -23,23 +21,39 @@ TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id);
 /// surface. Elsewhere it is what the finest tiles there ask for.
 class CornerLattice {
  public:
+  /// Where the corners of a tile are kept, until clear().
+  using Places = std::array<std::uint32_t, 4>;
+
+  /// A leaf of the cut.
+  struct Leaf {
+    tiling::TileId id;
+    /// Those not drawn count as finer neighbours but not as coarser ones: how coarse the ground out of view is must not
+    /// show.
+    bool drawn = true;
+    std::uint8_t coarseEdges = 0;  ///< bit e: what is drawn across tiling::Edge e is one level coarser
+    bool fromParent = false;       ///< at the last frame the place was drawn by a coarser tile: new corners begin at 0
+    float goal = 1.0f;
+    float speed = 1.0f;  ///< how many times the usual step its values may take, >= 1
+  };
+
   void clear();
-  /// A leaf of the cut. Those not drawn count as finer neighbours but not as coarser ones: how coarse the ground out of
-  /// view is must not show.
-  /// fromParent: at the last frame the place was drawn by a coarser tile, so corners that are new begin at 0.
-  /// speed: how many times the usual step its values may take, >= 1.
-  void add(const TileCorners& tile, int level, bool drawn, bool fromParent, float goal, float speed = 1.0f);
+  /// places, where they are asked for: filled in.
+  void add(const TileCorners& corners, const Leaf& leaf, Places* places = nullptr);
   /// After all were added: values are where they should be; where there is a last frame that had the corner, no more
   /// than `step` times its speed from its value. False: some have not reached their goal.
   bool settle(const CornerLattice* last, float step);
 
   /// 0 where no tile of this level has the corner, 1 where finer ones have.
   float valueAt(CornerKey corner, int level) const;
+  /// Of a tile that was added.
+  std::array<float, 4> valuesAt(const Places& places, int level) const {
+    return {valueIn(corners_[places[0]], level), valueIn(corners_[places[1]], level),
+            valueIn(corners_[places[2]], level), valueIn(corners_[places[3]], level)};
+  }
 
  private:
-  static constexpr CornerKey kFreeSlot = 0;
   struct Corner {
-    CornerKey key = kFreeSlot;
+    CornerKey key = 0;
     std::int8_t finest = -1;
     std::int8_t coarsestDrawn = 127;
     bool fromParent = false;
@@ -47,13 +61,19 @@ class CornerLattice {
     float speed = 1.0f;
     float value = 0.0f;
   };
-  Corner& at(CornerKey key);
+  static constexpr std::uint32_t kFreeSlot = 0xFFFFFFFF;
+  std::size_t slotOf(CornerKey key) const;
+  std::uint32_t placeOf(CornerKey key);
   const Corner* find(CornerKey key) const;
+  void meetCoarser(const Places& places, const Leaf& leaf);
   void grow();
-  static float valueIn(const Corner& corner, int level);
+  static float valueIn(const Corner& corner, int level) {
+    if (level < corner.finest) return 1.0f;
+    return level == corner.finest ? corner.value : 0.0f;
+  }
 
-  std::vector<Corner> slots_;  ///< open addressing; clear() keeps its memory
-  std::size_t used_ = 0;
+  std::vector<Corner> corners_;       ///< clear() keeps its memory, and that of the slots
+  std::vector<std::uint32_t> slots_;  ///< open addressing into corners_, half of them free
 };
 
 }  // namespace tellurion::scene

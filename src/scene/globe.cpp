@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <condition_variable>
+#include <iterator>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
@@ -78,6 +79,9 @@ struct TileRecord final : TileFacts {
   std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
+  /// Where Frame::tiles, those of Frame::soon after them, had its content last, and in which update; 0: never.
+  mutable std::size_t drawnAt = 0;
+  mutable std::uint64_t drawnIn = 0;
 };
 
 std::int64_t trianglesOf(const TerrainMesh& mesh) {
@@ -209,6 +213,8 @@ struct Globe::State final : public TileTree {
   void fillFrame(const View& view, const Selection& selection);
   void fillDebug(const CutOptions& options);
   DrawnTile drawn(const SelectedTile& tile) const;
+  DrawnTile drawnAgain(const SelectedTile& tile, std::size_t at);
+  void fillTiles(const Selection& selection);
   void evict();
   Light lightFor(const View& view) const;
 
@@ -232,6 +238,7 @@ struct Globe::State final : public TileTree {
   std::uint64_t departures = 0;      ///< of that
   std::uint64_t residency = 0;       ///< rises when something may have left, and with another GPU
   Frame frame;
+  std::vector<DrawnTile> lastTiles;  ///< of the frame before, while this one is filled
   Arrivals arrivals;
   io::Executor executor;  ///< last: its workers use what stands above
 };
@@ -290,6 +297,7 @@ void Globe::State::receive() {
     if (r.madeFor != frame.exaggeration) makeBox(arrival.id, r);
     takeFacts(arrival.id, r);
     r.lastUse = updates;
+    r.drawnIn = 0;
     contentBytes += r.content->bytes;
   }
   std::erase_if(underway, [&](const tiling::TileId& id) { return !record(id).job; });
@@ -376,6 +384,33 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
   return out;
 }
 
+/// What the last frame drew too is taken over from there: to count the owners of its mesh and pictures again, which
+/// threads share, would cost more than all else here. `at`: where it goes, as TileRecord::drawnAt.
+DrawnTile Globe::State::drawnAgain(const SelectedTile& tile, std::size_t at) {
+  const auto& r = static_cast<const TileRecord&>(*tile.facts);
+  const std::size_t lastAt = std::exchange(r.drawnAt, at);
+  const std::uint64_t lastIn = std::exchange(r.drawnIn, updates);
+  if (lastIn == 0 || lastIn + 1 != updates) return drawn(tile);
+  DrawnTile out = std::move(lastTiles[lastAt]);
+  out.coarseEdges = tile.coarseEdges;
+  out.morph = tile.morph;
+  out.error_px = tile.error_px;
+  return out;
+}
+
+void Globe::State::fillTiles(const Selection& selection) {
+  std::swap(lastTiles, frame.tiles);
+  std::move(frame.soon.begin(), frame.soon.end(), std::back_inserter(lastTiles));
+  frame.tiles.clear();
+  frame.soon.clear();
+  std::size_t at = 0;
+  for (const SelectedTile& tile : selection.drawn)
+    frame.tiles.push_back(drawnAgain(tile, at++));
+  for (const SelectedTile& tile : selection.soon)
+    frame.soon.push_back(drawnAgain(tile, at++));
+  lastTiles.clear();
+}
+
 Light Globe::State::lightFor(const View& view) const {
   Light light{.enabled = lighting.enabled, .toSun_body = lighting.subsolar.n, .ambient = lighting.ambient};
   if (lighting.sun == Lighting::Sun::withCamera) {
@@ -400,14 +435,9 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
-  frame.tiles.clear();
-  for (const SelectedTile& tile : selection.drawn) {
-    frame.tiles.push_back(drawn(tile));
+  for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
-  }
-  frame.soon.clear();
-  for (const SelectedTile& tile : selection.soon)
-    frame.soon.push_back(drawn(tile));
+  fillTiles(selection);
   frame.soonCopies_bytes = selection.spareCopies_bytes;
   s.cpuCacheBytes = contentBytes;
   for (const auto& layer : layers)

@@ -10,10 +10,10 @@ double OrientedBox::distance_m(const geo::BodyPosition& p) const {
   const geo::Vec3 d = p - centre;
   double squared = 0.0;
   for (const geo::Vec3& axis : halfAxes) {
-    const double half = geo::length(axis);
-    const double along = half > 0.0 ? std::abs(geo::dot(d, axis)) / half : 0.0;
-    const double outside = std::max(0.0, along - half);
-    squared += outside * outside;
+    // Times the axis's length, which spares its root.
+    const double half = geo::dot(axis, axis);
+    const double outside = std::abs(geo::dot(d, axis)) - half;
+    if (outside > 0.0) squared += outside * outside / half;
   }
   return std::sqrt(squared);
 }

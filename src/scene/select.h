@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -94,7 +95,7 @@ struct Selection {
   std::vector<SelectedTile> drawn;
   std::vector<SelectedTile> soon;       ///< drawn if they were in the picture: those in the margin
   std::uint64_t spareCopies_bytes = 0;  ///< what drawing leaves of CutOptions::copies_bytes
-  std::vector<WantedTile> wanted;  ///< not loaded yet, each once, most urgent first
+  std::vector<WantedTile> wanted;       ///< not loaded yet, each once, most urgent first
   int visited = 0;
   int culledFrustum = 0;
   int culledHorizon = 0;
@@ -148,6 +149,9 @@ class Selector {
 
 /// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
 /// as that.
-double pixelsAcross(double length_m, double distance_m, double pixelAngle);
+inline double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
+  constexpr double kNearest_m = 0.5;
+  return length_m / (std::max(distance_m, kNearest_m) * pixelAngle);
+}
 
 }  // namespace tellurion::scene

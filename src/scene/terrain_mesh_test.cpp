@@ -231,7 +231,7 @@ std::vector<Bits> drawnEdge(const DrawnTile& tile, Edge edge, const Frame& frame
 void morphAnyhow(const Tiling& tiling, DrawnTile& tile, std::uint64_t seed) {
   const TileCorners at = tileCorners(tiling, tile.id);
   for (std::size_t q = 0; q < 4; ++q) {
-    const auto share = static_cast<double>((at.corners[q] ^ seed) * 0x9e3779b97f4a7c15u >> 32) * 0x1p-32;
+    const auto share = static_cast<double>((at[q] ^ seed) * 0x9e3779b97f4a7c15u >> 32) * 0x1p-32;
     tile.morph[q] = static_cast<float>(share);
   }
 }

@@ -33,7 +33,8 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
 }
 
 bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
-  for (unsigned i = 0; i < OrientedBox::kCorners; ++i) {
+  // The upper ones first, which are the last to be hidden.
+  for (unsigned i = OrientedBox::kCorners; i-- > 0;) {
     if (!horizon.hides(box.corner(i))) return false;
   }
   return true;

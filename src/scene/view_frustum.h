@@ -14,6 +14,8 @@ namespace tellurion::scene {
 /// Immutable.
 class ViewFrustum {
  public:
+  static constexpr std::uint8_t kAllPlanes = 0x1F;
+
   /// margin: how far beyond the sides of the picture it reaches, as a share of half the picture.
   explicit ViewFrustum(const View& view, double margin = 0.0);
 
@@ -28,8 +30,8 @@ class ViewFrustum {
   std::array<geo::Vec3, 5> inward_;  ///< unit normals of planes through the eye
 };
 
-/// Conservative: true only when every point of the box is hidden. The points hidden behind an ellipsoid are a convex set
-/// (its shadow cone, cut off at the horizon's plane), so eight corners decide.
+/// Conservative: true only when every point of the box is hidden. The points hidden behind an ellipsoid are a convex
+/// set (its shadow cone, cut off at the horizon's plane), so eight corners decide.
 bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon);
 
 }  // namespace tellurion::scene

@@ -1,0 +1,156 @@
+#include "scene/cut_collection.h"
+
+#include <algorithm>
+
+#include "scene/cut_past.h"
+
+namespace tellurion::scene {
+namespace {
+
+constexpr double kAboveRounding = 1e-6;
+
+/// From a grown forest to what is drawn.
+class Collection {
+ public:
+  Collection(const CutOptions& options, const CutHistory* history, double pixelAngle, CutForest& forest,
+             CollectionBuffers& buffers, Selection& out)
+      : options_(options),
+        history_(history),
+        pixelAngle_(pixelAngle),
+        forest_(forest),
+        leaves_(buffers.leaves),
+        corners_(history != nullptr ? history->now->corners : buffers.corners),
+        out_(out) {}
+
+  void run() {
+    addLeaves();
+    if (options_.morph) settleCorners();
+    for (const DrawnLeaf& leaf : leaves_)
+      draw(leaf);
+    if (history_ != nullptr) remember(forest_, *history_->now);
+    sortWanted();
+  }
+
+ private:
+  void addLeaves() {
+    leaves_.clear();
+    corners_.clear();
+    for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i) {
+      const CutNode& node = forest_.at(i);
+      if (node.firstChild >= 0) continue;
+      CornerLattice::Leaf corners{.id = node.id, .drawn = node.isDrawn()};
+      if (corners.drawn) {
+        corners.coarseEdges = coarseEdgesOf(i);
+        corners.fromParent = node.before == Before::above;
+        corners.goal = goalOf(node);
+        corners.speed = speedOf(node);
+        leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
+      }
+      if (!options_.morph) continue;
+      corners_.add(node.facts->corners, corners, corners.drawn ? &leaves_.back().places : nullptr);
+    }
+  }
+
+  void draw(const DrawnLeaf& leaf) {
+    const CutNode& node = forest_.at(leaf.node);
+    SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges};
+    if (options_.morph && node.parent >= 0) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    if (!node.shown) {
+      out_.soon.push_back(tile);
+      return;
+    }
+    tile.error_px = drawnError_px(node, tile.morph);
+    out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
+    out_.drawn.push_back(tile);
+  }
+
+  std::uint8_t coarseEdgesOf(int node) {
+    unsigned mask = 0;
+    for (std::size_t e = 0; e < tiling::kEdges.size(); ++e) {
+      const CutNode& beyond = forest_.at(forest_.covering(node, e));
+      if (beyond.id.level + 1 == forest_.at(node).id.level && beyond.isDrawn()) mask |= 1u << e;
+    }
+    return static_cast<std::uint8_t>(mask);
+  }
+
+  /// How far a tile must have left its parent's surface: 0 when the parent is just fine enough, 1 where only its own
+  /// is. What is drawn misses (1 - m) of the parent's error and m of its own, the tolerance at most.
+  float goalOf(const CutNode& node) const {
+    if (!options_.morph || node.parent < 0 || node.waits) return 1.0f;
+    const CutNode& parent = forest_.at(node.parent);
+    // All seen from where the parent is: with that distance it was split, and at the same moment this is 0.
+    const auto share = [](double ofParent, double own, double allowed) {
+      if (ofParent <= allowed) return 0.0;
+      return own >= ofParent ? 1.0 : std::min((ofParent - allowed) / (ofParent - own) + kAboveRounding, 1.0);
+    };
+    const double own_px =
+        parent.facts->error_m > 0.0 ? parent.error_px * (node.facts->error_m / parent.facts->error_m) : parent.error_px;
+    const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
+    const double texture = share(parent.texel_px, 0.5 * parent.texel_px, options_.texelTolerance_px);
+    const double samples = share(parent.spacing_px, 0.5 * parent.spacing_px, options_.maxSpacing_px);
+    return static_cast<float>(std::max({geometry, texture, samples}));
+  }
+
+  /// Ground that is far off hurries: from twice the tolerance on, in proportion.
+  float speedOf(const CutNode& node) const {
+    return node.parent < 0 ? 1.0f : static_cast<float>(std::max(1.0, 0.5 * forest_.at(node.parent).need));
+  }
+
+  /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
+  double drawnError_px(const CutNode& node, const std::array<float, 4>& morph) const {
+    if (node.parent < 0) return node.error_px;
+    const double least = static_cast<double>(*std::min_element(morph.begin(), morph.end()));
+    const double ofParent = pixelsAcross(forest_.at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
+    return node.error_px + (1.0 - least) * std::max(ofParent - node.error_px, 0.0);
+  }
+
+  /// Its children are leaves on its surface: the next frame draws it instead.
+  bool isReadyToMerge(const CutNode& node) const {
+    for (int i = node.firstChild; i < node.firstChild + 4; ++i) {
+      const CutNode& child = forest_.at(i);
+      if (child.firstChild >= 0) return false;
+      if (child.isDrawn() && !isOnParentsSurface(*child.facts, child.id.level, corners_)) return false;
+    }
+    return true;
+  }
+
+  void settleCorners() {
+    const bool atGoals = history_ != nullptr
+                             ? corners_.settle(&history_->last->corners, static_cast<float>(history_->step))
+                             : corners_.settle(nullptr, 1.0f);
+    out_.morphing = !atGoals || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
+      return n.waits || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
+    });
+  }
+
+  /// Each tile once, as urgent as the most urgent of those who asked for it.
+  void sortWanted() {
+    auto& wanted = out_.wanted;
+    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
+      return a.id != b.id ? a.id < b.id : a.priority > b.priority;
+    });
+    wanted.erase(std::unique(wanted.begin(), wanted.end(),
+                             [](const WantedTile& a, const WantedTile& b) { return a.id == b.id; }),
+                 wanted.end());
+    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
+      return a.priority != b.priority ? a.priority > b.priority : a.id < b.id;
+    });
+  }
+
+  const CutOptions& options_;
+  const CutHistory* history_;
+  double pixelAngle_;
+  CutForest& forest_;
+  std::vector<DrawnLeaf>& leaves_;
+  CornerLattice& corners_;
+  Selection& out_;
+};
+
+}  // namespace
+
+void collectCut(const CutOptions& options, const CutHistory* history, double pixelAngle, CutForest& forest,
+                CollectionBuffers& buffers, Selection& out) {
+  Collection(options, history, pixelAngle, forest, buffers, out).run();
+}
+
+}  // namespace tellurion::scene

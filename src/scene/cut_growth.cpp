@@ -1,0 +1,293 @@
+#include "scene/cut_growth.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tellurion::scene {
+namespace {
+
+constexpr double kMissingRoot = 1e9;
+constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see select()
+constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
+constexpr double kUnseen = 0.25;      ///< what is not in the picture is less urgent by this
+
+/// Bytes that drawing it would copy.
+std::uint64_t copiesOf(const CutNode& node) {
+  return node.shown ? node.facts->copy_bytes : 0;
+}
+
+/// A forest of tiles that grows from the roots by splitting leaves.
+class Growth {
+ public:
+  Growth(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out)
+      : rules_(rules),
+        options_(rules.options),
+        past_(rules.past),
+        forest_(buffers.forest),
+        queue_(buffers.queue),
+        costly_(buffers.costly),
+        out_(out) {}
+
+  void run() {
+    growFromRoots();
+    if (past_.isKnown() && copies_bytes_ > options_.copies_bytes) growWithinCopies();
+    out_.spareCopies_bytes = options_.copies_bytes - std::min(options_.copies_bytes, copies_bytes_);
+  }
+
+ private:
+  void growFromRoots() {
+    clear();
+    for (int root = 0; root < rules_.tiling.rootCount(); ++root) {
+      CutNode& node = add(-1, root, rules_.tree.root(root));
+      for (std::size_t place = 0; place < kAround; ++place) {
+        const auto& beside = node.facts->around[place];
+        node.around[place] = beside ? beside->root : -1;
+      }
+      if (!node.facts->drawable) want(node.id, node.seen ? kMissingRoot : kUnseenRoot);
+    }
+    refine();
+  }
+
+  /// Starts again: first with the splits that cost no copy, so that it is known what is drawn in any case. What is
+  /// refused while others are on their way down may have its turn once they are there. Wanted stays what the whole cut
+  /// asked for.
+  void growWithinCopies() {
+    stage_ = Stage::free;
+    growFromRoots();
+    stage_ = Stage::copying;
+    for (std::size_t before = 0; !costly_.empty() && before != forest_.nodes.size() && !out_.cappedByBudget;) {
+      before = forest_.nodes.size();
+      std::swap(queue_, costly_);
+      std::make_heap(queue_.begin(), queue_.end());
+      refine();
+    }
+    out_.heldBack = static_cast<int>(costly_.size());
+  }
+
+  void clear() {
+    forest_.nodes.clear();
+    queue_.clear();
+    costly_.clear();
+    out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
+    out_.cappedByBudget = false;
+    copies_bytes_ = 0;
+    leaves_ = 0;
+    triangles_ = bytes_ = 0;
+  }
+
+  void refine() {
+    while (!queue_.empty() && !out_.cappedByBudget) {
+      const WaitingNode worst = queue_.front();
+      std::pop_heap(queue_.begin(), queue_.end());
+      queue_.pop_back();
+      if (at(worst.node).firstChild < 0) {
+        if (worst.need == kKept && mayMerge(at(worst.node))) continue;
+        at(worst.node).kept = worst.need == kKept;
+        refused_ = false;
+        if (!split(worst.node, worst.need, false)) {
+          if (refused_) costly_.push_back(worst);
+          continue;
+        }
+      }
+      if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
+    }
+  }
+
+  CutNode& at(int node) { return forest_.at(node); }
+
+  void enqueue(double need, const tiling::TileId& id, int node) {
+    queue_.push_back({.need = need, .id = id, .node = node});
+    std::push_heap(queue_.begin(), queue_.end());
+  }
+
+  /// What it costs to draw, if it is drawn.
+  void count(const CutNode& node, int sign) {
+    if (!node.seen) return;
+    leaves_ += sign;
+    triangles_ += sign * node.facts->triangles;
+    bytes_ += sign * static_cast<std::int64_t>(node.facts->bytes);
+  }
+
+  /// `which`: its quadrant, or number of a root, whose parent is -1. What lies around it is left to the caller.
+  CutNode& add(int parent, int which, TileFacts* facts) {
+    const int index = static_cast<int>(forest_.nodes.size());
+    CutNode& node = forest_.nodes.emplace_back(facts, parent);
+    const CutNode* over = parent >= 0 ? &at(parent) : nullptr;
+    // Made in its place: moved there, its parts would be waited for.
+    node.id =
+        over != nullptr ? over->id.child(which) : tiling::TileId{.level = 0, .root = static_cast<std::uint8_t>(which)};
+    look(node, over);
+    past_.recall(node, over);
+    // What is only there until it looks like its parent asks for nothing below it.
+    if (over != nullptr && over->kept) node.need = std::min(node.need, 1.0);
+    count(node, 1);
+    copies_bytes_ += copiesOf(node);
+    if (node.need > 1.0) {
+      enqueue(node.need, node.id, index);
+    } else if (node.before == Before::below && node.isDrawn() &&
+               (stage_ != Stage::whole || !past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *facts)))) {
+      enqueue(kKept, node.id, index);
+    }
+    return node;
+  }
+
+  void look(CutNode& node, const CutNode* parent) {
+    ++out_.visited;
+    if (parent != nullptr && !parent->seen) return;
+    const CutSight::Found found = rules_.sight.look(node, parent);
+    out_.culledFrustum += found == CutSight::Found::beyondFrustum ? 1 : 0;
+    out_.culledHorizon += found == CutSight::Found::beyondHorizon ? 1 : 0;
+  }
+
+  /// It was split, and may be drawn itself again.
+  bool mayMerge(const CutNode& node) {
+    const bool fits = stage_ == Stage::whole || copies_bytes_ <= std::max(options_.copies_bytes, copiesOf(node));
+    return fits && past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *node.facts));
+  }
+
+  /// The children need not wait for a later frame: they cost no copy, or what is left for copies is enough.
+  bool mayCopy(const TileChildren& children, const CutNode& node) const {
+    std::uint64_t copies = 0;
+    for (const TileFacts* child : children)
+      copies += node.shown ? child->copy_bytes : 0;
+    const std::uint64_t others = copies_bytes_ - copiesOf(node);
+    if (copies <= copiesOf(node)) return true;
+    return stage_ == Stage::copying && (others == 0 || others + copies <= options_.copies_bytes);
+  }
+
+  void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
+
+  /// The four children are there, or are asked for. Without a history, only those that may be seen have to be.
+  bool areReady(const tiling::TileId& id, const TileChildren& children, std::uint8_t inside, double priority) {
+    bool ready = true;
+    for (int q = 0; q < 4; ++q) {
+      const TileFacts& child = *children[static_cast<std::size_t>(q)];
+      if (child.drawable || (!past_.isKnown() && !rules_.sight.maySee(child, inside))) continue;
+      want(id.child(q), rules_.sight.inPicture(child) ? priority : kUnseen * priority);
+      ready = false;
+    }
+    return ready;
+  }
+
+  /// While a tile waits for its morph, what will be needed below its children comes already.
+  void prefetchBelow(const tiling::TileId& id, const TileChildren& children, double priority) {
+    for (int q = 0; q < 4; ++q) {
+      CutNode child(children[static_cast<std::size_t>(q)], -1);
+      child.id = id.child(q);
+      if (!child.facts->drawable || !rules_.sight.maySee(*child.facts, 0)) continue;
+      child.distance_m = rules_.sight.distance_m(child.facts->tightBox);
+      rules_.sight.measure(child);
+      if (child.need <= 1.0 || child.id.level >= tiling::kMaxLevel) continue;
+      const TileChildren below = rules_.tree.children(child.id, *child.facts);
+      if (areReady(child.id, below, 0, std::min(child.need, priority))) prefetchBelow(child.id, below, priority);
+    }
+  }
+
+  bool affords(const CutNode& node, const TileChildren& children, double priority) {
+    std::int64_t triangles = triangles_ - (node.seen ? node.facts->triangles : 0);
+    std::int64_t bytes = bytes_ - (node.seen ? static_cast<std::int64_t>(node.facts->bytes) : 0);
+    for (const TileFacts* child : children) {
+      triangles += node.seen ? child->triangles : 0;
+      bytes += node.seen ? static_cast<std::int64_t>(child->bytes) : 0;
+    }
+    const bool enough = leaves_ + (node.seen ? 3 : 0) <= options_.maxTiles && triangles <= options_.maxTriangles &&
+                        std::cmp_less_equal(bytes, options_.maxBytes);
+    out_.cappedByBudget = out_.cappedByBudget || (!enough && priority > 1.0);
+    return enough;
+  }
+
+  /// Splits a leaf and, before it, every coarser one that touches it. False when something that this takes is not
+  /// loaded yet, has to morph first, or has to be copied later; then nothing but coarser neighbours may have changed.
+  bool split(int node, double priority, bool atAnyCost) {
+    const tiling::TileId id = at(node).id;
+    // Else what is drawn finer now would vanish for a frame.
+    atAnyCost = atAnyCost || stage_ == Stage::whole || at(node).before == Before::below;
+    if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
+    const TileChildren children = rules_.tree.children(id, *at(node).facts);
+    if (!affords(at(node), children, priority)) return false;
+    if (!areReady(id, children, at(node).inside, priority)) return false;
+    const std::size_t nodes = forest_.nodes.size();
+    const bool balanced = splitCoarserAround(node, priority, atAnyCost);
+    // What lies around it may have taken the rest.
+    if (nodes != forest_.nodes.size() && !affords(at(node), children, priority)) return false;
+    if (!past_.mayPart(at(node), children)) {
+      at(node).waits = true;
+      prefetchBelow(id, children, priority);
+      return false;
+    }
+    if (!balanced) return false;
+    if (!atAnyCost && !mayCopy(children, at(node))) {
+      refused_ = true;
+      return false;
+    }
+    replaceByChildren(node, children);
+    return true;
+  }
+
+  void replaceByChildren(int node, const TileChildren& children) {
+    const int first = static_cast<int>(forest_.nodes.size());
+    copies_bytes_ -= copiesOf(at(node));
+    count(at(node), -1);
+    for (int q = 0; q < 4; ++q) {
+      CutNode& child = add(node, q, children[static_cast<std::size_t>(q)]);
+      for (std::size_t place = 0; place < kAround; ++place) {
+        const Kin kin = kinAround(q, place);
+        child.around[place] = kin.isSibling ? first + kin.which : at(node).around[kin.which];
+      }
+    }
+    at(node).firstChild = first;
+  }
+
+  /// What is out of view counts only where there is a history: an eye that turns is to find it fit.
+  bool splitCoarserAround(int node, double priority, bool atAnyCost) {
+    const int level = at(node).id.level;
+    bool balanced = true;
+    for (std::size_t place = 0; place < kAround; ++place) {
+      bool goesOn = true;
+      for (int cover = forest_.covering(node, place);
+           goesOn && cover >= 0 && at(cover).id.level < level && (past_.isKnown() || at(cover).seen);
+           cover = forest_.covering(node, place))
+        goesOn = split(cover, priority, atAnyCost);
+      balanced = balanced && goesOn;  // what the others miss is asked for at once
+    }
+    return balanced;
+  }
+
+  /// Children that leave their parent's surface up to its border need others of their level beyond it.
+  void queueRing(int node, double need) {
+    const int level = at(node).id.level;
+    for (std::size_t place = 0; place < kAround; ++place) {
+      const int cover = forest_.covering(node, place);
+      if (cover < 0) continue;
+      const CutNode& beyond = at(cover);
+      if (beyond.id.level == level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
+        enqueue(1.0 + 0.25 * (need - 1.0), beyond.id, cover);
+    }
+  }
+
+  const GrowthRules& rules_;
+  const CutOptions& options_;
+  const CutPast& past_;
+  CutForest& forest_;
+  std::vector<WaitingNode>& queue_;
+  std::vector<WaitingNode>& costly_;
+  Selection& out_;
+  int leaves_ = 0;              ///< that are seen
+  std::int64_t triangles_ = 0;  ///< of those
+  std::int64_t bytes_ = 0;
+  std::uint64_t copies_bytes_ = 0;  ///< that drawing the leaves would take
+  enum class Stage : std::uint8_t {
+    whole,
+    free,
+    copying
+  } stage_ = Stage::whole;  ///< whatever it costs; else see growWithinCopies
+  bool refused_ = false;    ///< a split, for its copies
+};
+
+}  // namespace
+
+void growCut(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out) {
+  Growth(rules, buffers, out).run();
+}
+
+}  // namespace tellurion::scene

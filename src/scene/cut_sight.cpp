@@ -1,0 +1,78 @@
+#include "scene/cut_sight.h"
+
+#include <algorithm>
+
+namespace tellurion::scene {
+namespace {
+
+constexpr double kLift = 0.05;  ///< of the eye's height: what comes over the horizon soon
+
+geo::BodyPosition lifted(const geo::BodyPosition& eye, const geo::Ellipsoid& ellipsoid) {
+  const geo::Geodetic place = ellipsoid.geodeticFromBody(eye);
+  return eye + geo::directionFromLatLon(place.lat, place.lon).n * (kLift * std::max(place.height_m, 100.0));
+}
+
+/// Its ground lies in both boxes, and in its parent's.
+std::optional<std::uint8_t> planesAround(const ViewFrustum& frustum, const TileFacts& facts, std::uint8_t parents) {
+  if (parents == ViewFrustum::kAllPlanes) return parents;
+  const auto inside = frustum.planesAround(facts.box, parents);
+  return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
+}
+
+bool isHidden(const TileFacts& facts, const geo::Horizon& horizon) {
+  return isBeyondHorizon(facts.box, horizon) || (facts.drawable && isBeyondHorizon(facts.tightBox, horizon));
+}
+
+}  // namespace
+
+CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
+                   bool looksAhead)
+    : eye_(view.eye),
+      picture_(view),
+      frustum_(view, looksAhead ? options.margin : 0.0),
+      horizon_(ellipsoid.horizon(looksAhead ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
+      pixelAngle_(view.pixelAngle()),
+      tolerance_px_(options.tolerance_px),
+      texelTolerance_px_(options.texelTolerance_px),
+      maxSpacing_px_(options.maxSpacing_px),
+      looksAhead_(looksAhead) {}
+
+bool CutSight::maySee(const TileFacts& facts, std::uint8_t parents) const {
+  return planesAround(frustum_, facts, parents) && !isHidden(facts, horizon_);
+}
+
+bool CutSight::inPicture(const TileFacts& facts) const {
+  return planesAround(picture_, facts, 0).has_value();
+}
+
+CutSight::Found CutSight::look(CutNode& node, const CutNode* parent) const {
+  const auto inside = planesAround(frustum_, *node.facts, parent != nullptr ? parent->inside : std::uint8_t{0});
+  if (!inside) return Found::beyondFrustum;
+  if (isHidden(*node.facts, horizon_)) return Found::beyondHorizon;
+  node.seen = true;
+  node.inside = *inside;
+  if (!looksAhead_) {
+    node.shown = true;
+  } else if (parent == nullptr || parent->shown) {
+    const auto insidePicture =
+        planesAround(picture_, *node.facts, parent != nullptr ? parent->insidePicture : std::uint8_t{0});
+    node.shown = insidePicture.has_value();
+    node.insidePicture = insidePicture.value_or(0);
+  }
+  // Its ground lies in its parent's box as well.
+  node.distance_m = distance_m(node.facts->drawable ? node.facts->tightBox : node.facts->box);
+  if (parent != nullptr) node.distance_m = std::max(node.distance_m, parent->distance_m);
+  measure(node);
+  return Found::seen;
+}
+
+void CutSight::measure(CutNode& node) const {
+  node.error_px = pixels(node.facts->error_m, node.distance_m);
+  node.texel_px = pixels(node.facts->texel_m, node.distance_m);
+  node.spacing_px = pixels(node.facts->spacing_m, node.distance_m);
+  if (!node.facts->drawable) return;
+  node.need =
+      std::max({node.error_px / tolerance_px_, node.texel_px / texelTolerance_px_, node.spacing_px / maxSpacing_px_});
+}
+
+}  // namespace tellurion::scene
