@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Repeats the known experiments, and compares meshes and tolerances: prints the tables of docs/measurements.md.
 #   bench/experiments.sh [PROGRAM] [PLOTS_DIR] [PART...]
-# PART: vertices, path, meshes, tolerances, automatic; all of them unless some are named. The plots of the 30 s path go into PLOTS_DIR
+# PART: vertices, path, meshes, tolerances, automatic, cut (flight_tests beside PROGRAM); all of them unless some are named. The plots of the 30 s path go into PLOTS_DIR
 # (build/experiments). All takes nine to fourteen minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -139,12 +139,21 @@ PY
   done
 }
 
+# The update of the cut with 500 tiles in the picture.
+cut() {
+  printf '\nUpdate of the cut, a flight over Everest at tolerance 1:\n\n'
+  row tiling flight tiles 'median, ms' '99%, ms'
+  row --- --- --- --- ---
+  "$(dirname "$program")/flight_tests" --tolerance=1 |
+    sed -nE 's/^([a-z]+) +(.*[a-z]) +largest jump.*; +([0-9]+) tiles, cut ([0-9.]+) ms, 99% ([0-9.]+) ms.*/| \1 | \2 | \3 | \4 | \5 |/p'
+}
+
 echo "machine: $(nproc) cores, $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1); load $(cut -d' ' -f1 /proc/loadavg)"
 parts=("${@:3}")
-((${#parts[@]})) || parts=(vertices path meshes tolerances automatic)
+((${#parts[@]})) || parts=(vertices path meshes tolerances automatic cut)
 for part in "${parts[@]}"; do
   case $part in
-    vertices | path | meshes | tolerances | automatic) "$part" ;;
+    vertices | path | meshes | tolerances | automatic | cut) "$part" ;;
     *)
       echo "experiments.sh: there is no part '$part'" >&2
       exit 2

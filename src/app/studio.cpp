@@ -78,7 +78,10 @@ std::string qualityProblem(const std::string& text, Pace pace) {
 
 /// An option of other subcommands: the help does not list it, and whoever gives it is told what to do instead.
 void refuse(CLI::App& command, const std::string& option, const std::string& reason) {
-  command.add_option(option)->group("")->check([reason](const std::string&) { return reason; });
+  const auto told = [name = command.get_name(), message = option + " " + reason](const std::string&) -> std::string {
+    wrongUse(name.c_str(), message);
+  };
+  command.add_option(option)->group("")->check(told);
 }
 
 void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
