@@ -333,20 +333,28 @@ class Server(http.server.ThreadingHTTPServer):
 
 
 class Stage:
-    """The server that can die and come back on its port."""
+    """The server that can die and come back on its port, which nobody else gets meanwhile."""
 
     def __init__(self, world, port):
         self.handler = type("BoundHandler", (Handler,), {"world": world})
         self.world = world
         self.server = None
-        self.port = port
+        self.hold(port)
         self.rise()
+
+    def hold(self, port):
+        self.place = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self.place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.place.bind(("127.0.0.1", port))  # not listening: connections are refused
+        self.port = self.place.getsockname()[1]
 
     def rise(self):
         if self.server:
             return
-        self.server = Server(("127.0.0.1", self.port), self.handler)
-        self.port = self.server.server_address[1]
+        self.server = Server(("127.0.0.1", self.port), self.handler, bind_and_activate=False)
+        self.server.socket.close()
+        self.server.socket = self.place
+        self.server.server_activate()
         threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
 
     def die(self):
@@ -355,6 +363,7 @@ class Stage:
         self.server.shutdown()
         self.server.server_close()
         self.server = None
+        self.hold(self.port)
         with self.world.lock:
             sockets, self.world.sockets = self.world.sockets, set()
         for connection in sockets:
