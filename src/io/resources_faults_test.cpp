@@ -129,7 +129,9 @@ TEST_F(HostTest, AHostThatDiesComesBack) {
   ASSERT_TRUE(resources.wait({.url = server.url("/0")}, kPatience_s));
   server.tell("dead");
   ask(resources, server, 3, 1.0);
-  ASSERT_TRUE(eventually([&] { return !resources.troubles().empty(); }));
+  ASSERT_TRUE(eventually([&] { return !resources.troubles().empty(); }))
+      << resources.statistics().requests << " requests, " << resources.statistics().failedRequests << " failed, "
+      << resources.statistics().waiting << " wait, " << arrival.count() << " came, the server says " << server.state();
   EXPECT_THAT(resources.troubles().front().message, HasSubstr("asked again in"));
   server.tell("alive");
   EXPECT_TRUE(eventually([&] { return arrival.count() == 3; }));
