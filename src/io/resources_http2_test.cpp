@@ -107,5 +107,28 @@ TEST_F(Http2Test, AServerThatNobodyVouchesForIsNotTrusted) {
   EXPECT_EQ(arrival.count(), 0);
 }
 
+// Prints what docs/measurements.md says. Off by default: a busy machine is no failure.
+TEST_F(Http2Test, DISABLED_Speed) {
+  constexpr int kFiles = 3000;
+  for (int i = 0; i < kFiles; ++i)
+    folder.write("www/" + std::to_string(i), noise(20'000, static_cast<unsigned>(i)));
+  ResourceOptions options;
+  options.authorities = folder / "cert.pem";
+  for (const char* const what : {"network, nothing kept", "network, kept", "disk cache"}) {
+    if (std::string(what) != "network, nothing kept") options.cacheFile = folder / "cache";
+    const auto start = std::chrono::steady_clock::now();
+    Arrival arrival;
+    Resources resources(options);
+    std::vector<Resources::Ticket> tickets;
+    for (int i = 0; i < kFiles; ++i) {
+      const std::string url = "https://127.0.0.1:" + std::to_string(port) + "/" + std::to_string(i);
+      tickets.push_back(resources.get({.url = url}, 1.0, arrival.ready()));
+    }
+    ASSERT_TRUE(eventually([&] { return arrival.count() == kFiles; }));
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    std::printf("%s: %.0f a second\n", what, kFiles / taken.count());
+  }
+}
+
 }  // namespace
 }  // namespace tellurion::io
