@@ -12,7 +12,7 @@ control port say what to do; all answer 200.
     /clear          no rules, no latency, no limit; whoever hangs is let go
     /latency?ms=MS  before every answer
     /bandwidth?bits=N   a second, for all connections together; 0: no limit
-    /dead, /alive   nobody listens, and open connections are reset; and again
+    /dead, /alive   nobody listens, and open connections end; and again
     /reset          forgets what was counted
     /state          JSON: counts (path: requests), statuses (status: answers), not_modified, open (requests being answered),
                     most_open, broken (answers that the client broke off), connections, bytes (of bodies), order (paths as they came)
@@ -82,6 +82,7 @@ class World:
         self.latency_s = 0.0
         self.letting_go = threading.Event()
         self.sockets = set()
+        self.dead = False
         self.forget()
 
     def forget(self):
@@ -158,6 +159,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         with self.world.lock:
             self.world.connections += 1
             self.world.sockets.add(self.connection)
+            dead = self.world.dead
+        if dead:
+            end(self.connection)
 
     def finish(self):
         with self.world.lock:
@@ -299,7 +303,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.close_connection = True
 
     def fault_reset(self, _):
-        reset(self.connection)
+        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.connection.shutdown(socket.SHUT_RD)
         self.close_connection = True
 
     def fault_gzip(self, rule):
@@ -314,11 +319,10 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.send(200, "application/octet-stream", b"", rule)
 
 
-def reset(connection):
-    """Closes it so that the other side sees a reset and not an end."""
+def end(connection):
+    """In the middle, whoever reads or writes there."""
     try:
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        connection.shutdown(socket.SHUT_RD)
+        connection.shutdown(socket.SHUT_RDWR)
         connection.close()
     except OSError:
         pass
@@ -333,20 +337,29 @@ class Server(http.server.ThreadingHTTPServer):
 
 
 class Stage:
-    """The server that can die and come back on its port."""
+    """The server that can die and come back on its port, which nobody else gets meanwhile."""
 
     def __init__(self, world, port):
         self.handler = type("BoundHandler", (Handler,), {"world": world})
         self.world = world
         self.server = None
-        self.port = port
+        self.hold(port)
         self.rise()
+
+    def hold(self, port):
+        self.place = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self.place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.place.bind(("127.0.0.1", port))  # not listening: connections are refused
+        self.port = self.place.getsockname()[1]
 
     def rise(self):
         if self.server:
             return
-        self.server = Server(("127.0.0.1", self.port), self.handler)
-        self.port = self.server.server_address[1]
+        self.server = Server(("127.0.0.1", self.port), self.handler, bind_and_activate=False)
+        self.server.socket.close()
+        self.server.socket = self.place
+        self.server.server_activate()
+        self.world.dead = False
         threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True).start()
 
     def die(self):
@@ -355,10 +368,12 @@ class Stage:
         self.server.shutdown()
         self.server.server_close()
         self.server = None
+        self.hold(self.port)
         with self.world.lock:
+            self.world.dead = True
             sockets, self.world.sockets = self.world.sockets, set()
         for connection in sockets:
-            reset(connection)
+            end(connection)
 
 
 class Control(http.server.BaseHTTPRequestHandler):

@@ -274,7 +274,10 @@ TEST_F(ResourcesTest, DestructionDropsWhatHasNotCome) {
 TEST_F(ResourcesTest, WaitingHasAnEndThatSaysWhy) {
   server.tell("set?prefix=/&fault=status&code=503");
   Resources resources(quickOptions());
-  const auto answer = resources.wait({.url = server.url("/a")}, 0.3);
+  Arrival arrival;
+  const Resources::Ticket ticket = resources.get({.url = server.url("/a")}, 1.0, arrival.ready());
+  ASSERT_TRUE(eventually([&] { return !resources.troubles().empty(); }));
+  const auto answer = resources.wait({.url = server.url("/a")}, 0.1);
   ASSERT_FALSE(answer);
   EXPECT_THAT(answer.error().message, HasSubstr("503"));
 }
