@@ -11,7 +11,7 @@ namespace tellurion::raster {
 namespace {
 
 using Code = io::Failure::Code;
-using Kind = MapPlane::Kind;
+using PlaneKind = MapPlane::Kind;
 
 constexpr double kDegree = 180.0 / geo::kPi;
 constexpr int kMaxImageSide = 4096;
@@ -91,15 +91,15 @@ GridGeometry::GridGeometry(const GridService& service)
 io::Result<std::shared_ptr<const GridGeometry>> GridGeometry::make(const GridService& service) {
   std::shared_ptr<GridGeometry> made(new GridGeometry(service));
   switch (made->plane_.kind) {
-    case Kind::lonLat:
+    case PlaneKind::lonLat:
       made->turn_ = 360.0;
       made->radiansPerUnit_ = 1.0 / kDegree;
       break;
-    case Kind::webMercator:
+    case PlaneKind::webMercator:
       made->turn_ = 2.0 * geo::kPi * made->body_.ellipsoid.semiMajorAxis_m();
       made->radiansPerUnit_ = 1.0 / made->body_.ellipsoid.semiMajorAxis_m();
       break;
-    case Kind::other:
+    case PlaneKind::other:
       break;
   }
   if (service.levels.empty() || service.levels.size() > kMaxLevels) {
@@ -120,7 +120,7 @@ io::Result<std::shared_ptr<const GridGeometry>> GridGeometry::make(const GridSer
     return io::fail(Code::unsupported, "its coarsest level has more than 2^30 pixels a side; name a smaller area",
                     service.name);
   }
-  if (made->plane_.kind == Kind::other) {
+  if (made->plane_.kind == PlaneKind::other) {
     if (auto measured = made->measureOther(); !measured) {
       measured.error().where = service.name;
       return tl::unexpected(std::move(measured.error()));
@@ -143,7 +143,7 @@ io::Result<void> GridGeometry::addLevel(const GridLevel& l) {
   const double ring = std::round(w.period);
   if (ring >= 1.0 && ring <= w.topology.width && std::abs(w.period - ring) <= kAlmost) {
     w.topology.ring = static_cast<int>(ring);
-    if (plane_.kind == Kind::lonLat) {
+    if (plane_.kind == PlaneKind::lonLat) {
       w.topology.topPole = twicePole((w.top - 90.0) / l.pixelHeight, 0);
       w.topology.bottomPole = twicePole((w.top + 90.0) / l.pixelHeight, w.topology.height);
     }
@@ -197,13 +197,13 @@ void GridGeometry::findBounds() {
   // Rounding of what a server says never loses the last row: a ten-millionth of the finest pixel.
   const double edge = 1e-7 * levels_.back().pixelHeight;
   switch (plane_.kind) {
-    case Kind::lonLat:
+    case PlaneKind::lonLat:
       south_ = bounds_.south.degrees();
       north_ = bounds_.north.degrees();
       west_ = bounds_.west.degrees();
       width_ = bounds_.width.degrees();
       break;
-    case Kind::webMercator: {
+    case PlaneKind::webMercator: {
       const double radius_m = body_.ellipsoid.semiMajorAxis_m();
       south_ = radius_m * mercatorY(geo::sinCos(bounds_.south).sin);
       north_ = radius_m * mercatorY(geo::sinCos(bounds_.north).sin);
@@ -211,7 +211,7 @@ void GridGeometry::findBounds() {
       width_ = radius_m * bounds_.width.radians();
       break;
     }
-    case Kind::other:
+    case PlaneKind::other:
       break;
   }
   south_ -= edge;
@@ -221,7 +221,7 @@ void GridGeometry::findBounds() {
 }
 
 bool GridGeometry::isInBounds(double x, double y) const {
-  if (plane_.kind == Kind::other) return true;
+  if (plane_.kind == PlaneKind::other) return true;
   if (!(y >= south_ && y <= north_)) return false;
   if (width_ >= turn_) return true;
   const double east = x - west_;
@@ -236,7 +236,7 @@ void GridGeometry::places(std::span<const geo::Direction> directions, PlanePlace
     const double fromAxis = std::sqrt(n.x * n.x + n.y * n.y);
     const double lon = fromAxis == 0.0 ? 0.0 : std::atan2(n.y + 0.0, n.x);
     out.narrowing[i] = std::min(fromAxis, 1.0);
-    if (plane_.kind == Kind::webMercator) {
+    if (plane_.kind == PlaneKind::webMercator) {
       out.x[i] = radius_m * lon;
       out.y[i] = radius_m * mercatorY(std::clamp(n.z, -1.0, 1.0));
     } else {
@@ -244,7 +244,7 @@ void GridGeometry::places(std::span<const geo::Direction> directions, PlanePlace
       out.y[i] = std::atan2(n.z, fromAxis) * kDegree;
     }
   }
-  if (plane_.kind != Kind::other) return;
+  if (plane_.kind != PlaneKind::other) return;
   const auto done = projections_.with([this] { return projection(); },
                                       [&](const Projection& projection) -> io::Result<void> {
                                         projection.forward(out.x, out.y);
@@ -257,11 +257,11 @@ void GridGeometry::places(std::span<const geo::Direction> directions, PlanePlace
 geo::Angle GridGeometry::pixelSide(int level, double narrowing) const {
   const GridLevel& l = levels_[static_cast<std::size_t>(level)];
   switch (plane_.kind) {
-    case Kind::lonLat:
+    case PlaneKind::lonLat:
       return geo::Angle::degrees(std::max(l.pixelHeight, l.pixelWidth * narrowing));
-    case Kind::webMercator:
+    case PlaneKind::webMercator:
       return geo::Angle::radians(std::max(l.pixelHeight, l.pixelWidth) * radiansPerUnit_ * narrowing);
-    case Kind::other:
+    case PlaneKind::other:
       break;
   }
   return geo::Angle::radians(std::max(l.pixelHeight, l.pixelWidth) * radiansPerUnit_);
@@ -271,19 +271,19 @@ GridFit GridGeometry::fitOn(int level, geo::Angle spacing, tiling::Scheme scheme
   const GridLevel& l = levels_[static_cast<std::size_t>(level)];
   GridFit fit{.level = level};
   switch (plane_.kind) {
-    case Kind::lonLat: {
+    case PlaneKind::lonLat: {
       const bool narrows = scheme != tiling::Scheme::geographic;
       fit.width = spacing.degrees() / (l.pixelWidth * (narrows ? std::max(narrowing, 1e-12) : 1.0));
       fit.height = spacing.degrees() / l.pixelHeight;
       break;
     }
-    case Kind::webMercator: {
+    case PlaneKind::webMercator: {
       const double metres = spacing.radians() / radiansPerUnit_ / std::max(narrowing, 1e-12);
       fit.width = metres / l.pixelWidth;
       fit.height = metres / l.pixelHeight;
       break;
     }
-    case Kind::other:
+    case PlaneKind::other:
       fit.width = spacing.radians() / radiansPerUnit_ / l.pixelWidth;
       fit.height = spacing.radians() / radiansPerUnit_ / l.pixelHeight;
       break;
@@ -306,7 +306,7 @@ GridFit GridGeometry::fit(geo::Angle spacing, tiling::Scheme scheme, double narr
     const double pixel = levels_[static_cast<std::size_t>(l)].pixelWidth * narrowing;
     return w.period > kFewAround && pixel * kCrowded < spacing.degrees();
   };
-  if (plane_.kind == Kind::lonLat && scheme != tiling::Scheme::geographic) {
+  if (plane_.kind == PlaneKind::lonLat && scheme != tiling::Scheme::geographic) {
     while (level > 0 && isCrowded(level))
       --level;
   }
