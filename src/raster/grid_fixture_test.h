@@ -155,12 +155,13 @@ inline std::shared_ptr<const TileSource> sourceOrDie(const GridService& service,
   return *source;
 }
 
-/// Calls visit(column, row, place) for the samples of a tile that have a place, gutter included.
+/// Calls visit(column, row, place) for the samples of a tile, gutter included but for its corners.
 template <class Visit>
 void forEachPlace(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells, const Visit& visit) {
   const int side = sideOf(kind, cells);
   for (int row = 0; row < side; ++row) {
     for (int column = 0; column < side; ++column) {
+      if ((row == 0 || row == side - 1) && (column == 0 || column == side - 1)) continue;
       if (const auto place = placeOf(tiling, id, kind, cells, column, row)) visit(column, row, *place);
     }
   }

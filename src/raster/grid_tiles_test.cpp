@@ -44,7 +44,9 @@ class GridTiles : public ::testing::TestWithParam<tiling::Scheme> {
           return;
         }
         ++compared;
-        worst = std::max(worst, largestDifference(p, smoothColour(place)));
+        // On a rim the mean is of the covered side alone.
+        const double share = p.a == 255 ? 1.0 : 0.5;
+        worst = std::max(worst, share * largestDifference(p, smoothColour(place)));
       });
       if (HasFailure()) return;
     }
@@ -147,6 +149,7 @@ TEST_P(GridTiles, HeightsAreTheSurfaceAndNeighboursShareTheirEdges) {
     // A part is missing on finer levels, so that edges run between what two levels give.
     writeImages(service, folder, [](const GridImageId& id) { return id.level < 3 || (id.column + id.row) % 3 != 0; });
     const auto source = sourceOrDie(service, GetParam());
+    double worst = 0.0;
     auto random = geo::seededGenerator();
     for (const tiling::TileId& id : someTiles(random, 3)) {
       const auto tile = source->load(id);
@@ -155,9 +158,11 @@ TEST_P(GridTiles, HeightsAreTheSurfaceAndNeighboursShareTheirEdges) {
       const auto& samples = std::get<ElevationTile>((*tile)->payload).samples;
       forEachPlace(tiling_, id, Kind::elevation, kCells, [&](int column, int row, const geo::Direction& place) {
         const float height = samples.at(column, row);
-        if (!isNoData(height)) {
-          // Pixels of up to 2.8 degrees: what a mean over them is off a wave of 90 degrees.
-          EXPECT_NEAR(height, smoothHeight_m(place), 8.0) << service.name << " level " << int{id.level};
+        const bool isInside = column > 0 && row > 0 && column + 1 < samples.width && row + 1 < samples.height;
+        // On a rim a mean is of the side with data alone.
+        if (isInside && !isNoData(height + samples.at(column - 1, row) + samples.at(column + 1, row) +
+                                  samples.at(column, row - 1) + samples.at(column, row + 1))) {
+          worst = std::max(worst, std::abs(static_cast<double>(height) - smoothHeight_m(place)) * (1 << id.level));
         }
       });
       for (const tiling::Edge edge : tiling::kEdges) {
@@ -173,6 +178,8 @@ TEST_P(GridTiles, HeightsAreTheSurfaceAndNeighboursShareTheirEdges) {
       }
       if (HasFailure()) return;
     }
+    // Pixels of 2 degrees are off a wave of 90 by that much, those of the next level by less than half.
+    EXPECT_LT(worst, 20.0) << service.name;
   }
 }
 
@@ -185,7 +192,7 @@ TEST_P(GridTiles, PresenceIsATreeThatLoadsKeep) {
   const auto source = sourceOrDie(service, GetParam());
   auto random = geo::seededGenerator();
   int stored = 0;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     const auto id = randomTile(random, tiling_, 1 + static_cast<int>(random() % 6));
     const TilePresence own = *source->presence(id);
     const TilePresence above = *source->presence(id.parent());
