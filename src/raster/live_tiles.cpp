@@ -32,11 +32,21 @@ int usualCells(Kind kind) {
   return kind == Kind::elevation ? kElevationCells : kImageryPixels;
 }
 
+int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing) {
+  // A raster is not blown up by a level only because its spacing is a hair finer than the level's.
+  constexpr double kSlack = 1.01;
+  int level = 0;
+  while (level < tiling::kMaxLevel && tiling.metrics(level).largestEdge / cells > spacing * kSlack)
+    ++level;
+  return level;
+}
+
 TilePresence livePresence(const tiling::TileId& id, const std::function<bool(const tiling::TileId&)>& mayTouch,
                           const std::function<bool(const tiling::TileId&)>& isCoarse) {
   TilePresence presence;
-  presence.stored =
-      id.level == 0 || (id.level <= tiling::kMaxLevel && isCoarse(id.parent()) && mayTouch(id));
+  presence.stored = id.level == 0 || (id.level <= tiling::kMaxLevel && isCoarse(id.parent()));
+  for (tiling::TileId at = id; presence.stored && at.level > 0; at = at.parent())
+    presence.stored = mayTouch(at);
   if (!presence.stored || id.level >= tiling::kMaxLevel || !isCoarse(id)) return presence;
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     if (mayTouch(id.child(quadrant))) presence.childMask |= static_cast<std::uint8_t>(1u << quadrant);

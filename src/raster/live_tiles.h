@@ -9,8 +9,12 @@ namespace tellurion::raster {
 
 int usualCells(Kind kind);
 
+/// The first level whose samples are as fine as `spacing`, within a hundredth.
+int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing);
+
 /// What can be told of a tile from where the data lie and how fine they are: roots are stored; others where there may be
-/// data and the parent is too coarse for it. isCoarse(tile): the data are finer than its samples.
+/// data in them and in all tiles over them, and the parent is too coarse for it. isCoarse(tile): the data are finer than
+/// its samples; then they are for its parent.
 TilePresence livePresence(const tiling::TileId& id, const std::function<bool(const tiling::TileId&)>& mayTouch,
                           const std::function<bool(const tiling::TileId&)>& isCoarse);
 
