@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace tellurion::raster {
 namespace {
@@ -272,8 +273,9 @@ GridFit GridGeometry::fitOn(int level, geo::Angle spacing, tiling::Scheme scheme
   GridFit fit{.level = level};
   switch (plane_.kind) {
     case PlaneKind::lonLat: {
-      const bool narrows = scheme != tiling::Scheme::geographic;
-      fit.width = spacing.degrees() / (l.pixelWidth * (narrows ? std::max(narrowing, 1e-12) : 1.0));
+      // Between its caps, up to 45 degrees, the geographic tiling's samples narrow as the pixels do.
+      const bool narrowsToo = scheme == tiling::Scheme::geographic && narrowing >= std::numbers::sqrt2 / 2.0;
+      fit.width = spacing.degrees() / (l.pixelWidth * (narrowsToo ? 1.0 : std::max(narrowing, 1e-12)));
       fit.height = spacing.degrees() / l.pixelHeight;
       break;
     }
@@ -306,7 +308,7 @@ GridFit GridGeometry::fit(geo::Angle spacing, tiling::Scheme scheme, double narr
     const double pixel = levels_[static_cast<std::size_t>(l)].pixelWidth * narrowing;
     return w.period > kFewAround && pixel * kCrowded < spacing.degrees();
   };
-  if (plane_.kind == PlaneKind::lonLat && scheme != tiling::Scheme::geographic) {
+  if (plane_.kind == PlaneKind::lonLat) {
     while (level > 0 && isCrowded(level))
       --level;
   }

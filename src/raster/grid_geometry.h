@@ -49,8 +49,8 @@ struct GridFit {
 /// the place and on the level of the tile alone, so neighbours agree. Thread-safe.
 ///
 /// Two grids are not read to the letter, so that no tile needs more than some hundred images. Near the poles of a map of
-/// longitude and latitude pixels are ever narrower: where more than 16 of them are in a sample, a coarser level is read
-/// (not for geographic tiles, which narrow with them). And samples more than 8 times larger than the coarsest pixels
+/// longitude and latitude pixels are ever narrower: where more than 16 of them are in a sample, a coarser level is read.
+/// And samples more than 8 times larger than the coarsest pixels
 /// there are have no data, unless that level has but few images.
 class GridGeometry {
  public:

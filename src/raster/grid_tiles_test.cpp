@@ -51,7 +51,7 @@ class GridTiles : public ::testing::TestWithParam<tiling::Scheme> {
       if (HasFailure()) return;
     }
     EXPECT_LT(worst, 1.5);
-    EXPECT_GT(compared, 10000);
+    EXPECT_GT(compared, 25000);
   }
 };
 
