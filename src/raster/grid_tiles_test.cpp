@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include "raster/grid_fixture_test.h"
+#include "raster/image_file.h"
+#include "raster/live_raster.h"
 
 namespace tellurion::raster {
 namespace {
@@ -124,6 +126,62 @@ TEST_P(GridTiles, AreWhatTheSameRasterGivesAsAFile) {
       EXPECT_EQ(theirs[i].a, mine[i].a);
     }
     if (HasFailure()) return;
+  }
+}
+
+/// Real images of a map server (JPEG, rows from the south), against one raster put together of them.
+TEST_P(GridTiles, OfARealTreeAreItsPicture) {
+  const std::filesystem::path tree = TELLURION_SHARED_DATA_DIR "/earth/naturalearth2_tms";
+  if (!std::filesystem::exists(tree)) GTEST_SKIP() << "no data beside the project";
+  const ScratchFolder folder;
+  auto service = lonLatService(3, 256);
+  service.kind = Kind::imagery;
+  const auto pathOf = [tree](const GridImageId& id) {
+    const std::int64_t row = (std::int64_t{1} << id.level) - 1 - id.row;
+    return (tree / std::to_string(id.level) / std::to_string(id.column) / (std::to_string(row) + ".jpg")).string();
+  };
+  service.request = [pathOf](const GridImageId& id) {
+    return io::ResourceRequest{
+        .url = "file://" + std::filesystem::canonical(pathOf(id)).string(), .dataset = "", .check = {}};
+  };
+  Raster<Rgba8> whole(2048, 1024);
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 8; ++column) {
+      const auto image = readImageFile(pathOf({2, column, row})).value();
+      for (int r = 0; r < 256; ++r)
+        std::copy_n(image.row(r).begin(), 256, &whole.at(column * 256, row * 256 + r));
+    }
+  }
+  MadeRaster made{.width = 2048,
+                  .height = 1024,
+                  .type = GDT_Byte,
+                  .bands = 3,
+                  .transform = {-180, 360.0 / 2048, 0, 90, 0, -360.0 / 2048}};
+  made.value = [&](int band, int col, int row) {
+    const Rgba8 p = whole.at(col, row);
+    return static_cast<double>(band == 1 ? p.r : band == 2 ? p.g : p.b);
+  };
+  made.options = {"PHOTOMETRIC=RGB"};
+  makeRaster(folder.file("same.tif"), made);
+  const auto live = liveRaster(folder.file("same.tif"), Kind::imagery, GetParam()).value();
+  const auto source = sourceOrDie(service, GetParam(), {.tileCells = 0});
+  auto random = geo::seededGenerator();
+  for (const tiling::TileId& id : someTiles(random, source->info().maxLevel)) {
+    const auto mine = source->load(id);
+    ASSERT_TRUE(mine) << io::describe(mine.error());
+    const auto theirs = live->load(id).value();
+    if (!*mine || !theirs) continue;
+    const auto& a = std::get<ImageryTile>((*mine)->payload).pixels;
+    const auto& b = std::get<ImageryTile>(theirs->payload).pixels;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < a.samples.size(); ++i) {
+      const Rgba8& p = a.samples[i];
+      const Rgba8& q = b.samples[i];
+      sum += std::abs(p.r - q.r) + std::abs(p.g - q.g) + std::abs(p.b - q.b);
+    }
+    // The server's coarser images are its own reductions of the finest, sharper than a mean.
+    const double most = id.level == source->info().maxLevel ? 1.5 : 5.0;
+    EXPECT_LT(sum / (3.0 * static_cast<double>(a.samples.size())), most) << "level " << int{id.level};
   }
 }
 
