@@ -12,7 +12,7 @@ namespace tellurion::raster {
 
 struct CatalogueOptions {
   RasterOptions raster;        ///< its cacheBytes are shared by all open files
-  std::size_t openFiles = 32;  ///< kept open at a time, at least one; each loading thread may have one more
+  std::size_t openFiles = 64;  ///< kept open at a time, at least one; each loading thread may have one more
   int threads = 0;             ///< that read headers; 0: one for each core but one
   int tileCells = 0;           ///< 0: the usual for the kind
 };
