@@ -190,6 +190,7 @@ class TileSampler {
       if (!places_.exists[i] || !std::isfinite(plane.x[i]) || !std::isfinite(plane.y[i])) continue;
       if (!geometry_.isInBounds(plane.x[i], plane.y[i])) continue;
       levels_[i] = geometry_.fit(spacing_, scheme_, plane.narrowing[i]).level;
+      made_.isReached = made_.isReached || (levels_[i] >= 0 && isInside(i));
     }
   }
 

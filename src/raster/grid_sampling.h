@@ -14,8 +14,11 @@ using GridImages = std::function<io::Result<std::shared_ptr<const Raster<T>>>(co
 
 template <class T>
 struct GridSamples {
-  Raster<T> samples;        ///< of a tile, gutter included; kNoData or coverage 0 where there is no data
-  bool addsDetail = false;  ///< some sample inside the gutter is of pixels that are finer than the parent's samples
+  Raster<T> samples;  ///< of a tile, gutter included; kNoData or coverage 0 where there is no data
+  /// Some sample inside the gutter is of pixels that are finer than the parent's samples.
+  bool addsDetail = false;
+  /// Some sample inside the gutter lies where there may be images of a fitting level.
+  bool isReached = false;
 };
 
 /// The samples of a tile out of the images of a grid, by RasterFile's rules. A sample whose square meets an image that

@@ -103,7 +103,9 @@ class GridTileSource final : public TileSource {
     const GridImages<T> images = [this](const GridImageId& image) { return decoded(image); };
     auto made = sampleGrid(*geometry_, tiling_, id, info_.tileCells, images);
     if (!made) return tl::unexpected(std::move(made.error()));
-    if (!made->addsDetail && id.level > 0) return std::optional<SourceTile>{};
+    // What is too small or too fine for this level's samples is found below it.
+    const bool leadsDown = !made->isReached && presence.childMask != 0;
+    if (id.level > 0 && !made->addsDetail && !leadsDown) return std::optional<SourceTile>{};
     if constexpr (std::is_same_v<T, float>) {
       return std::optional(liveTile(std::move(made->samples), presence.childMask, id, info_));
     } else {

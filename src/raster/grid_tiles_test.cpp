@@ -274,6 +274,40 @@ TEST_P(GridTiles, PresenceIsATreeThatLoadsKeep) {
   }
 }
 
+/// From a root to a place, by what each tile says of its children; the last tile that there is.
+std::optional<SourceTile> deepestTile(const TileSource& source, const geo::Direction& place) {
+  const tiling::Tiling tiling(source.info().scheme);
+  std::optional<SourceTile> deepest;
+  for (int level = 0; level <= source.info().maxLevel; ++level) {
+    const tiling::TileId id = tiling.tileAt(place, level);
+    if (deepest && ((deepest->childMask >> id.quadrant()) & 1) == 0) return deepest;
+    auto tile = source.load(id).value();
+    if (!tile) return deepest;
+    deepest = std::move(tile);
+  }
+  return deepest;
+}
+
+TEST_P(GridTiles, LeadDownToWhatIsSmallOrBeginsFine) {
+  const ScratchFolder folder;
+  const geo::Direction place = geo::directionFromDegrees(44.6, 10.4);
+  GridService small{.name = "small", .kind = Kind::imagery, .levels = halvingLevels(10.0, 45.0, 1.0, 1, 1, 64, 3)};
+  small.bounds = geo::GeoRect::fromDegrees(44.0, 10.0, 45.0, 11.0);
+  GridService fine{.name = "fine", .kind = Kind::imagery, .levels = halvingLevels(-180.0, 90.0, 1.0, 360, 180, 64, 3)};
+  for (GridService service : {small, fine}) {
+    writeImages(service, folder, [&](const GridImageId& id) {
+      const std::int64_t times = std::int64_t{1} << id.level;
+      return service.name == "small" || (id.column / times / 10 == 19 && id.row / times / 10 == 4);
+    });
+    const auto source = sourceOrDie(service, GetParam());
+    const auto tile = deepestTile(*source, place);
+    ASSERT_TRUE(tile);
+    EXPECT_EQ(tile->childMask, 0);
+    const auto& pixels = std::get<ImageryTile>(tile->payload).pixels.samples;
+    EXPECT_TRUE(std::ranges::any_of(pixels, [](const Rgba8& p) { return p.a == 255; })) << service.name;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tilings, GridTiles, ::testing::ValuesIn(kSchemes),
                          [](const auto& each) { return std::string(tiling::nameOf(each.param)); });
 
