@@ -23,6 +23,7 @@ struct Lattice {
   int side = 0;  ///< points a side
   std::vector<double> lon;
   std::vector<double> lat;
+  std::vector<geo::Direction> directions;
   bool complete = true;  ///< every point has a place
 
   Lattice(const Placement& placement, int cells) : side(cells + 1) {
@@ -37,14 +38,13 @@ struct Lattice {
     for (std::size_t i = 0; i < lon.size(); ++i) {
       complete = complete && std::isfinite(lon[i]) && std::isfinite(lat[i]);
       lat[i] = std::clamp(lat[i], -90.0, 90.0);
+      directions.push_back(geo::directionFromDegrees(lat[i], lon[i]));
     }
   }
   std::size_t index(int col, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(side) + static_cast<std::size_t>(col);
   }
-  geo::Direction direction(int col, int row) const {
-    return geo::directionFromDegrees(lat[index(col, row)], lon[index(col, row)]);
-  }
+  const geo::Direction& direction(int col, int row) const { return directions[index(col, row)]; }
 };
 
 /// The largest gap between neighbouring longitudes is what the points leave out.
