@@ -54,8 +54,10 @@ bool isComplete(std::string_view letters, ImageFormat format) {
   constexpr std::size_t kMostAfter = 1024;
   const std::string_view tail = letters.substr(letters.size() - std::min(letters.size(), kMostAfter));
   switch (format) {
-    case ImageFormat::png: return tail.find("IEND\xAE\x42\x60\x82") != tail.npos;
-    case ImageFormat::jpeg: return tail.find("\xFF\xD9") != tail.npos;
+    case ImageFormat::png:
+      return tail.find("IEND\xAE\x42\x60\x82") != tail.npos;
+    case ImageFormat::jpeg:
+      return tail.find("\xFF\xD9") != tail.npos;
     case ImageFormat::webp: {
       std::size_t size = 8;
       for (std::size_t i = 0; i < 4; ++i)
@@ -101,10 +103,11 @@ io::Result<bool> checkImage(const io::Resource& resource, const ExpectedImage& e
     return io::fail(Code::ioError, "the server says: " + onOneLine(letters.substr(first, kLongestComplaint)));
   if (isTiff(letters)) return true;
   if (expected.rawSampleBytes > 0) {
-    return io::fail(Code::corrupt, fmt::format("raw heights of {} bytes came, not the {} of {} x {} samples; zipped "
-                                               "tiles are not read",
-                                               letters.size(), samples * static_cast<std::size_t>(expected.rawSampleBytes),
-                                               expected.width, expected.height));
+    return io::fail(Code::corrupt,
+                    fmt::format("raw heights of {} bytes came, not the {} of {} x {} samples; zipped "
+                                "tiles are not read",
+                                letters.size(), samples * static_cast<std::size_t>(expected.rawSampleBytes),
+                                expected.width, expected.height));
   }
   return checkPicture(resource, letters, expected);
 }

@@ -12,8 +12,8 @@ namespace tellurion::raster {
 namespace {
 
 /// The best first. Names as servers have them, without parameters.
-constexpr std::array kImageryFormats = {"image/png",  "image/png8", "image/webp", "image/jpeg",
-                                        "image/jpg", "image/tiff", "image/geotiff"};
+constexpr std::array kImageryFormats = {"image/png",  "image/png8", "image/webp",
+                                        "image/jpeg", "image/tiff", "image/geotiff"};
 constexpr std::array kHeightFormats = {"image/tiff",        "image/geotiff",     "image/tiff16",
                                        "application/bil32", "application/bil16", "application/bil",
                                        "image/bil",         "image/png16",       "image/png"};
@@ -22,7 +22,7 @@ std::string withoutParameters(std::string_view format) {
   std::string name = lowered(format.substr(0, format.find(';')));
   while (name.ends_with(' '))
     name.pop_back();
-  return name;
+  return name == "image/jpg" ? "image/jpeg" : name;
 }
 
 const std::string* findFormat(std::string_view wanted, std::span<const std::string> offered) {
@@ -30,7 +30,8 @@ const std::string* findFormat(std::string_view wanted, std::span<const std::stri
   if (found == offered.end())
     found = std::ranges::find_if(offered, [&](const auto& format) { return lowered(format) == lowered(wanted); });
   if (found == offered.end())
-    found = std::ranges::find_if(offered, [&](const auto& f) { return withoutParameters(f) == withoutParameters(wanted); });
+    found =
+        std::ranges::find_if(offered, [&](const auto& f) { return withoutParameters(f) == withoutParameters(wanted); });
   return found == offered.end() ? nullptr : &*found;
 }
 
@@ -109,7 +110,9 @@ io::ResourceRequest imageRequest(std::string url, const std::string& dataset, co
   io::ResourceRequest request;
   request.url = std::move(url);
   request.dataset = dataset;
-  request.maxBytes = static_cast<std::uint64_t>(expected.width) * static_cast<std::uint64_t>(expected.height) * kMostBytesAPixel + kMostBesides;
+  request.maxBytes =
+      static_cast<std::uint64_t>(expected.width) * static_cast<std::uint64_t>(expected.height) * kMostBytesAPixel +
+      kMostBesides;
   request.check = [expected](const io::Resource& resource) { return checkImage(resource, expected); };
   return request;
 }

@@ -20,8 +20,9 @@ io::Result<HeightEncoding> heightEncoding(const ServiceLayer& layer);
 /// The entry's bounds, else the server's, else the whole body. West beyond east crosses the date line.
 geo::GeoRect boundsOf(const ServiceLayer& layer, const std::optional<std::array<double, 4>>& server_degrees);
 
-/// Of the formats that a server offers the one to ask for: the entry's, else the best for the kind. Fails where there is
-/// no such; the failure says which there are. Names are compared without parameters and capitals where no exact one is.
+/// Of the formats that a server offers the one to ask for: the entry's, else the best for the kind. Fails where there
+/// is no such; the failure says which there are. Names are compared without parameters and capitals where no exact one
+/// is.
 io::Result<std::string> chooseFormat(const ServiceLayer& layer, Kind kind, std::span<const std::string> offered);
 
 /// Bytes of a raw sample that a format holds; 0: it is a picture.

@@ -33,7 +33,8 @@ std::string onOneLine(std::string_view text) {
   }
   if (line.size() > kLongestText) {
     std::size_t end = kLongestText;
-    while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0) == 0x80) --end;  // no half letter of UTF-8
+    while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0) == 0x80)
+      --end;  // no half letter of UTF-8
     line.resize(end);
     line += "...";
   }

@@ -36,7 +36,9 @@ std::vector<std::string_view> itemsOf(std::string_view query) {
   return items;
 }
 
-std::string_view keyOf(std::string_view item) { return item.substr(0, item.find('=')); }
+std::string_view keyOf(std::string_view item) {
+  return item.substr(0, item.find('='));
+}
 
 bool isSecret(std::string_view key) {
   constexpr std::array kSecrets = {"token", "key", "passw", "pwd", "secret", "sig", "auth", "credential"};
@@ -88,7 +90,10 @@ std::string percentEncoded(std::string_view text, std::string_view keep) {
 
 std::string percentDecoded(std::string_view text) {
   const auto digit = [](char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10 : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                  : -1;
   };
   std::string decoded;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -130,7 +135,9 @@ std::optional<std::string> queryValue(std::string_view url, std::string_view key
   return std::nullopt;
 }
 
-std::string_view withoutQuery(std::string_view url) { return partsOf(url).beforeQuery; }
+std::string_view withoutQuery(std::string_view url) {
+  return partsOf(url).beforeQuery;
+}
 
 std::string withoutSecrets(std::string_view url) {
   const UrlParts parts = partsOf(url);
@@ -164,8 +171,7 @@ std::string withCredentialsOf(std::string_view source, std::string_view url) {
   const Authority theirs = authorityOf(url);
   if (mine.host.empty() || lowered(mine.host) != lowered(theirs.host)) return std::string(url);
   std::string result(url);
-  if (!mine.user.empty() && theirs.user.empty())
-    result.insert(url.find("://") + 3, std::string(mine.user) + '@');
+  if (!mine.user.empty() && theirs.user.empty()) result.insert(url.find("://") + 3, std::string(mine.user) + '@');
   for (const std::string_view item : itemsOf(partsOf(source).query)) {
     if (!isSecret(keyOf(item)) || queryValue(url, keyOf(item))) continue;
     result += (result.find('?') == result.npos ? "?" : result.ends_with('?') || result.ends_with('&') ? "" : "&");
@@ -180,7 +186,8 @@ std::string resolvedUrl(std::string_view base, std::string_view reference) {
   if (reference.starts_with("//")) return std::string(document.substr(0, document.find("://") + 1)).append(reference);
   if (reference.starts_with('/')) return std::string(document.substr(0, pathStart(document))).append(reference);
   const std::size_t slash = document.rfind('/');
-  if (slash == document.npos || slash < pathStart(document)) return std::string(document) + '/' + std::string(reference);
+  if (slash == document.npos || slash < pathStart(document))
+    return std::string(document) + '/' + std::string(reference);
   return std::string(document.substr(0, slash + 1)).append(reference);
 }
 

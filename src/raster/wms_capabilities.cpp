@@ -30,7 +30,9 @@ std::vector<std::string> words(std::string_view text) {
   return found;
 }
 
-bool isTrue(std::string_view text) { return text == "1" || lowered(text) == "true"; }
+bool isTrue(std::string_view text) {
+  return text == "1" || lowered(text) == "true";
+}
 
 void replaceFlag(const XmlElement& element, const char* name, bool& flag) {
   if (const std::string_view value = element.attribute(name); !value.empty()) flag = isTrue(value);
@@ -40,7 +42,8 @@ void replaceCount(std::string_view text, int& count) {
   if (const auto value = parseNumber<int>(text); value && *value >= 0) count = *value;
 }
 
-std::optional<std::array<double, 4>> boxOf(const XmlElement& element, std::array<const char*, 4> names, bool attributes) {
+std::optional<std::array<double, 4>> boxOf(const XmlElement& element, std::array<const char*, 4> names,
+                                           bool attributes) {
   std::array<double, 4> box{};
   for (std::size_t i = 0; i < box.size(); ++i) {
     const auto value = parseNumber<double>(attributes ? element.attribute(names[i]) : element.textOf(names[i]));
@@ -169,8 +172,8 @@ bool readLayer(const XmlElement& element, const WmsLayer& outer, int parent, std
     layer.attribution = onOneLine(title);
   readScales(element, layer);
   // Counted before they are read: what looks through a list for each of its entries costs the square.
-  const auto count = static_cast<std::size_t>(std::ranges::count_if(
-      element.children, [](const XmlElement& part) { return part.name != "Layer"; }));
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count_if(element.children, [](const XmlElement& part) { return part.name != "Layer"; }));
   if (count > kMostParts || layers.size() >= kMostLayers) return false;
   readLists(element, layer);
   if (layer.crs.size() > kMostParts) return false;

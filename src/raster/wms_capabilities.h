@@ -35,7 +35,7 @@ struct WmsDimension {
 /// A layer. Flags, geographic box, attribution and scales hold what is inherited; the lists are the layer's own, until
 /// WmsCapabilities::withInherited() completes them: copies of a long list in thousands of layers cost gigabytes.
 struct WmsLayer {
-  int parent = -1;  ///< place in WmsCapabilities::layers; -1: outermost
+  int parent = -1;   ///< place in WmsCapabilities::layers; -1: outermost
   std::string name;  ///< empty: a heading that cannot be asked for
   std::string title;
   std::string abstract;

@@ -13,18 +13,18 @@ namespace {
 enum class Encoding : std::uint8_t { utf8, utf16Little, utf16Big, latin1, latin9, windows1252 };
 
 // What differs from Latin-1; 0 is not assigned.
-constexpr std::array<char16_t, 32> kWindows1252 = {
-    0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0, 0x017D, 0,
-    0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014, 0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0, 0x017E,
-    0x0178};
+constexpr std::array<char16_t, 32> kWindows1252 = {0x20AC, 0,      0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
+                                                   0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0,      0x017D, 0,
+                                                   0,      0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
+                                                   0x02DC, 0x2122, 0x0161, 0x203A, 0x0153, 0,      0x017E, 0x0178};
 constexpr std::array<std::pair<unsigned char, char16_t>, 8> kLatin9 = {{{0xA4, 0x20AC},
-                                                                       {0xA6, 0x0160},
-                                                                       {0xA8, 0x0161},
-                                                                       {0xB4, 0x017D},
-                                                                       {0xB8, 0x017E},
-                                                                       {0xBC, 0x0152},
-                                                                       {0xBD, 0x0153},
-                                                                       {0xBE, 0x0178}}};
+                                                                        {0xA6, 0x0160},
+                                                                        {0xA8, 0x0161},
+                                                                        {0xB4, 0x017D},
+                                                                        {0xB8, 0x017E},
+                                                                        {0xBC, 0x0152},
+                                                                        {0xBD, 0x0153},
+                                                                        {0xBE, 0x0178}}};
 
 void appendUtf8(std::string& text, char32_t c) {
   const auto put = [&text](char32_t byte) { text.push_back(static_cast<char>(byte)); };
@@ -62,7 +62,12 @@ std::optional<std::size_t> firstWrongUtf8(std::string_view text) {
   const auto at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   for (std::size_t i = 0; i < text.size();) {
     const unsigned char lead = at(i);
-    const std::size_t more = lead < 0x80 ? 0u : lead < 0xC2 ? 9u : lead < 0xE0 ? 1u : lead < 0xF0 ? 2u : lead < 0xF5 ? 3u : 9u;
+    const std::size_t more = lead < 0x80   ? 0u
+                             : lead < 0xC2 ? 9u
+                             : lead < 0xE0 ? 1u
+                             : lead < 0xF0 ? 2u
+                             : lead < 0xF5 ? 3u
+                                           : 9u;
     if (more == 9u || i + more >= text.size()) return i;
     for (std::size_t k = 1; k <= more; ++k)
       if ((at(i + k) & 0xC0) != 0x80) return i;
@@ -72,7 +77,8 @@ std::optional<std::size_t> firstWrongUtf8(std::string_view text) {
 }
 
 std::size_t lineAt(std::string_view text, std::size_t place) {
-  return 1 + static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(place), '\n'));
+  return 1 +
+         static_cast<std::size_t>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(place), '\n'));
 }
 
 std::string fromUtf16(std::string_view bytes, bool big) {
