@@ -10,7 +10,6 @@
 #include "raster/near_names.h"
 #include "raster/service_exception.h"
 #include "raster/service_url.h"
-#include "raster/xyz_service.h"
 
 namespace tellurion::raster {
 namespace {
@@ -151,7 +150,8 @@ io::Result<FoundService> findService(const ServiceLayer& entry, io::Resources& r
                     fmt::format("there is no type '{}'{}", entry.type, whatElseThereIs(entry.type, kTypes)));
   }
   if (entry.source.empty()) return io::fail(Code::invalidArgument, "the source is empty");
-  if (entry.type == "xyz" || (entry.type.empty() && isTileTemplate(entry.source)))
+  // Braces are in no other URL: what is wrong with a template is told where it is read.
+  if (entry.type == "xyz" || (entry.type.empty() && entry.source.find('{') != std::string::npos))
     return FoundService{"xyz", entry.source, {}};
   const bool isConfiguration = lowered(withoutQuery(entry.source)).ends_with(".xml");
   if (entry.type == "worldwind" && !isConfiguration) return FoundService{"worldwind", entry.source, {}};

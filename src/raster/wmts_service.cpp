@@ -113,9 +113,10 @@ io::Result<Dimensions> chooseDimensions(const WmtsLayer& layer, const std::strin
 /// The outer corner of the first tile in the plane: x, y.
 std::array<double, 2> cornerOf(const WmtsMatrix& matrix, const MapReference& reference) {
   const auto& [first, second] = matrix.topLeft;
-  // Some servers write longitude first where the reference has latitude first; a latitude beyond a pole gives it away.
+  // Some servers take the axes in the wrong order; a latitude beyond a pole gives it away.
   const bool degrees = reference.plane.kind == MapPlane::Kind::lonLat;
-  const bool northFirst = reference.northFirst && !(degrees && std::abs(first) > 90.0 + 1e-9);
+  const bool swapped = degrees && std::abs(reference.northFirst ? first : second) > 90.0 + 1e-9;
+  const bool northFirst = reference.northFirst != swapped;
   const double k = reference.planePerUnit;
   return northFirst ? std::array{second * k, first * k} : std::array{first * k, second * k};
 }
