@@ -120,6 +120,8 @@ class MapServer:
         work.mkdir(parents=True, exist_ok=True)
         self.map_file = work / "mapserver.map"
         self.map_file.write_text(map_file(layers, self.url))
+        self.configuration = work / "mapserver.conf"  # MapServer 8 runs with none of the machine's
+        self.configuration.write_text('CONFIG\n  ENV\n    MS_MAP_PATTERN "."\n  END\nEND\n')
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", self.port), self._handler())
         self.thread = threading.Thread(target=self.server.serve_forever, daemon=True)
 
@@ -134,6 +136,7 @@ class MapServer:
                     return
                 outer.requests.append(query)
                 environment = {"REQUEST_METHOD": "GET", "QUERY_STRING": query, "MS_MAPFILE": str(outer.map_file),
+                               "MAPSERVER_CONFIG_FILE": str(outer.configuration),
                                "SERVER_NAME": "127.0.0.1", "SERVER_PORT": str(outer.port), "SCRIPT_NAME": "/wms",
                                "PATH": os.environ["PATH"]}
                 done = subprocess.run([MAPSERV], env=environment, capture_output=True)

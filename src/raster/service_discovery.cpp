@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 
 #include "raster/near_names.h"
@@ -16,7 +15,7 @@ namespace {
 
 using Code = io::Failure::Code;
 
-constexpr double kPatience_s = 30.0;
+constexpr double kPatienceWithGuess_s = 8.0;  // some servers fail, with 500, on what they are not
 const std::vector<std::string> kTypes = {"wms", "wmts", "tms", "xyz", "worldwind"};
 
 struct Attempt {
@@ -95,14 +94,12 @@ io::Result<FoundService> findOnServer(const ServiceLayer& entry, io::Resources& 
   std::string reasons;
   Code code = Code::notFound;
   const std::vector<Attempt> attempts = attemptsFor(entry);
-  const auto begin = std::chrono::steady_clock::now();
   for (const Attempt& attempt : attempts) {
-    const auto root = fetchDocument(attempt.url, resources);
+    const auto root =
+        fetchDocument(attempt.url, resources, attempts.size() == 1 ? kDocumentPatience_s : kPatienceWithGuess_s);
     auto found = root ? readDocument(*root, attempt.url) : tl::unexpected(root.error());
     if (found && (attempt.type.empty() || found->type == attempt.type || entry.type.empty())) return found;
-    // A host that does not answer does so for every question.
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-    if ((!root && spent.count() >= kPatience_s) || attempts.size() == 1) {
+    if (attempts.size() == 1) {
       if (!found) return found;
       return io::fail(Code::invalidArgument,
                       fmt::format("this is a source of type {}, not {}", found->type, entry.type),
@@ -111,7 +108,9 @@ io::Result<FoundService> findOnServer(const ServiceLayer& entry, io::Resources& 
     code = found ? code : found.error().code;
     if (!found) reasons += fmt::format("\n  {}", io::describe(found.error()));
   }
-  return io::fail(code, "no map service is found there; of what was asked:" + reasons, withoutSecrets(entry.source));
+  return io::fail(
+      code, "no map service is found there; a slow one is waited for when its type is given. What was asked:" + reasons,
+      withoutSecrets(entry.source));
 }
 
 io::Result<FoundService> findHere(const std::string& path, io::Resources& resources) {
@@ -131,14 +130,14 @@ io::Result<FoundService> findHere(const std::string& path, io::Resources& resour
 
 }  // namespace
 
-io::Result<XmlElement> fetchDocument(const std::string& source, io::Resources& resources) {
+io::Result<XmlElement> fetchDocument(const std::string& source, io::Resources& resources, double patience_s) {
   const auto path = localPath(source);
   const std::string where = path ? *path : withoutSecrets(source);
   io::ResourceRequest request;
   request.url = path ? fileUrl(*path) : source;
   request.dataset = where;
   request.maxBytes = kMaxXmlBytes;
-  const auto resource = resources.wait(request, kPatience_s);
+  const auto resource = resources.wait(request, patience_s);
   if (!resource) return io::fail(resource.error().code, resource.error().message, where);
   if (*resource == nullptr) return io::fail(Code::notFound, "there is nothing", where);
   return parseXml((*resource)->bytes, where);

@@ -24,11 +24,15 @@ struct FoundService {
 };
 
 /// Asks what the source is. Of the entry only source, type and version count. Without a type it is told from the source
-/// (a tile template) or from the document that is there, else the server is asked for the capabilities of each kind.
+/// (a tile template) or from the document that is there, else the server is asked for the capabilities of each kind,
+/// and has 8 seconds for each.
 /// A document may be a file here too, and tilemapresource.xml's folder stands for it. Waits for the network.
 io::Result<FoundService> findService(const ServiceLayer& entry, io::Resources& resources);
 
+inline constexpr double kDocumentPatience_s = 60.0;
+
 /// The XML at a URL, file:// or path. Waits for the network.
-io::Result<XmlElement> fetchDocument(const std::string& source, io::Resources& resources);
+io::Result<XmlElement> fetchDocument(const std::string& source, io::Resources& resources,
+                                     double patience_s = kDocumentPatience_s);
 
 }  // namespace tellurion::raster
