@@ -21,7 +21,7 @@ struct Resource {
 
 /// What is wanted of the network or of what is kept of it.
 struct ResourceRequest {
-  std::string url;      ///< http or https
+  std::string url;      ///< http, https, or file: a file of this machine, which is read and not kept
   std::string dataset;  ///< what it is a part of, for the cache and for messages: server, layer, style, time, ...
   std::uint64_t maxBytes = std::uint64_t{32} << 20;
   /// Whether the bytes are what was asked for, called on a thread of the network, so it must be quick: true, or false
@@ -35,7 +35,11 @@ struct ResourceOptions {
   std::uint64_t cacheBytes = std::uint64_t{2} << 30;  ///< of cacheFile, least recently used goes first
   bool offline = false;                               ///< nothing but what is kept, however old
   int connectionsPerHost = 6;
-  int connections = 24;
+  int connections = 24;  ///< to all hosts; up to twice as many while servers that hardly answer hold theirs
+  double connectTimeout_s = 10.0;
+  double stallTimeout_s = 30.0;  ///< whole seconds: less than 256 bytes a second for so long is no answer
+  double firstRetry_s = 1.0;     ///< doubled with each failure ...
+  double longestRetry_s = 60.0;  ///< ... up to this
 };
 
 struct ResourceStatistics {

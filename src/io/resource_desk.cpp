@@ -1,0 +1,193 @@
+#include "io/resource_desk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "io/local_file.h"
+#include "io/transfer.h"
+
+namespace tellurion::io {
+
+struct ResourceWaiter {
+  std::shared_ptr<ResourceJob> job;  ///< null: delivered or dropped
+  double priority = 0.0;
+  ResourceDesk::Ready ready;
+  std::thread::id running;  ///< the thread that calls `ready` now
+  bool left = false;
+};
+
+struct ResourceJob {
+  std::string key;
+  ResourceRequest request;
+  std::vector<std::shared_ptr<ResourceWaiter>> waiters;
+  double priority = 0.0;  ///< the largest of theirs
+  Executor::Task lookUp;
+  std::optional<Fetcher::Id> fetch;
+};
+
+namespace {
+
+std::string keyOf(const ResourceRequest& request) {
+  return request.dataset + '\n' + request.url;
+}
+
+}  // namespace
+
+ResourceDesk::ResourceDesk(const ResourceOptions& options)
+    : options_(options), fetcher_(std::make_unique<Fetcher>(options)), executor_(std::make_unique<Executor>(1)) {}
+
+ResourceDesk::~ResourceDesk() = default;
+
+void ResourceDesk::close() {
+  std::unordered_map<std::string, JobPointer> dropped;
+  {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+    dropped.swap(jobs_);
+    for (const auto& [key, job] : dropped)
+      for (const auto& waiter : job->waiters)
+        waiter->job = nullptr;
+  }
+  fetcher_.reset();
+  executor_.reset();
+}
+
+std::shared_ptr<ResourceWaiter> ResourceDesk::get(const ResourceRequest& request, double priority, Ready ready) {
+  auto waiter = std::make_shared<ResourceWaiter>();
+  waiter->priority = priority;
+  waiter->ready = std::move(ready);
+  const std::scoped_lock lock(mutex_);
+  if (closed_) return waiter;
+  std::string key = keyOf(request);
+  JobPointer& job = jobs_[key];
+  waiter->job = job;
+  if (job) {
+    job->waiters.push_back(waiter);
+    updatePriority(*job);
+    return waiter;
+  }
+  job = std::make_shared<ResourceJob>();
+  waiter->job = job;
+  job->key = std::move(key);
+  job->request = request;
+  job->waiters.push_back(waiter);
+  job->priority = priority;
+  job->lookUp = executor_->submit(priority, [this, job] { lookUp(job); });
+  return waiter;
+}
+
+void ResourceDesk::leave(const std::shared_ptr<ResourceWaiter>& waiter) {
+  Ready ready;     // what callers gave is destroyed without the lock: it may hold tickets
+  JobPointer job;  // likewise
+  std::unique_lock lock(mutex_);
+  waiter->left = true;
+  ready = std::move(waiter->ready);
+  callbackEnded_.wait(
+      lock, [&] { return waiter->running == std::thread::id() || waiter->running == std::this_thread::get_id(); });
+  job = std::exchange(waiter->job, nullptr);
+  if (!job) return;
+  std::erase(job->waiters, waiter);
+  if (!job->waiters.empty()) return updatePriority(*job);
+  jobs_.erase(job->key);
+  job->lookUp.cancel();
+  if (job->fetch) fetcher_->cancel(*job->fetch);
+}
+
+void ResourceDesk::setPriority(const std::shared_ptr<ResourceWaiter>& waiter, double priority) {
+  const std::scoped_lock lock(mutex_);
+  waiter->priority = priority;
+  if (waiter->job) updatePriority(*waiter->job);
+}
+
+void ResourceDesk::updatePriority(ResourceJob& job) {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const auto& waiter : job.waiters)
+    largest = std::max(largest, waiter->priority);
+  if (largest == job.priority) return;
+  job.priority = largest;
+  job.lookUp.setPriority(largest);
+  if (job.fetch) fetcher_->setPriority(*job.fetch, largest);
+}
+
+// A job that nobody waits for any more is no longer in the table, though a thread may still work for it.
+bool ResourceDesk::isCurrent(const ResourceJob& job) const {
+  const auto found = jobs_.find(job.key);
+  return found != jobs_.end() && found->second.get() == &job;
+}
+
+void ResourceDesk::lookUp(const JobPointer& job) {
+  if (isFileUrl(job->request.url)) return deliver(job, readLocalFile(job->request));
+  fetch(job);
+}
+
+void ResourceDesk::fetch(const JobPointer& job) {
+  const ResourceRequest& request = job->request;
+  if (options_.offline)
+    return deliver(
+        job, fail(Failure::Code::notFound, "not kept on this machine, and the network is not to be used", request.url));
+  const Result<std::string> host = hostOf(request.url);
+  if (!host) return deliver(job, tl::unexpected(host.error()));
+  FetchRequest wanted{.url = request.url, .maxBytes = request.maxBytes, .check = request.check};
+  const std::scoped_lock lock(mutex_);
+  if (!isCurrent(*job)) return;
+  job->fetch = fetcher_->start(*host, std::move(wanted), job->priority,
+                               [this, job](Result<Fetched> answer) { fetched(job, std::move(answer)); });
+}
+
+void ResourceDesk::fetched(const JobPointer& job, Result<Fetched> answer) {
+  if (!answer) return deliver(job, tl::unexpected(answer.error()));
+  if (answer->kind == Fetched::Kind::nothing) return deliver(job, nullptr);
+  deliver(job, std::make_shared<const Resource>(std::move(answer->resource)));
+}
+
+void ResourceDesk::deliver(const JobPointer& job, const Result<Bytes>& result) {
+  std::unique_lock lock(mutex_);
+  if (!isCurrent(*job)) return;
+  jobs_.erase(job->key);
+  const auto waiters = std::exchange(job->waiters, {});
+  for (const auto& waiter : waiters)
+    waiter->job = nullptr;
+  for (const auto& waiter : waiters) {
+    if (waiter->left || closed_) continue;
+    waiter->running = std::this_thread::get_id();
+    Ready ready = std::exchange(waiter->ready, nullptr);
+    lock.unlock();
+    ready(result);
+    ready = nullptr;
+    lock.lock();
+    waiter->running = {};
+    callbackEnded_.notify_all();
+  }
+}
+
+ResourceStatistics ResourceDesk::statistics() const {
+  const std::scoped_lock lock(mutex_);
+  ResourceStatistics result;
+  result.waiting = jobs_.size();
+  if (closed_) return result;
+  const FetcherStatistics network = fetcher_->statistics();
+  result.requests = network.requests;
+  result.failedRequests = network.failedRequests;
+  result.receivedBytes = network.receivedBytes;
+  return result;
+}
+
+std::vector<Failure> ResourceDesk::troubles() const {
+  const std::scoped_lock lock(mutex_);
+  return closed_ ? std::vector<Failure>{} : fetcher_->troubles();
+}
+
+Failure ResourceDesk::timedOut(const ResourceRequest& request, double timeout_s) const {
+  std::string message = fmt::format("did not come within {:g} s", timeout_s);
+  const Result<std::string> host = hostOf(request.url);
+  for (const Failure& trouble : troubles())
+    if (host && trouble.where == *host) message += " (" + trouble.message + ")";
+  return {Failure::Code::ioError, std::move(message), request.url};
+}
+
+}  // namespace tellurion::io
