@@ -1,13 +1,12 @@
 #include "scene/globe.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "scene/generation.h"
+#include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
-#include "scene/tile_loading.h"
 
 namespace tellurion::scene {
 namespace {
@@ -17,111 +16,111 @@ using Clock = std::chrono::steady_clock;
 /// Of the byte budget, what decoded source tiles may take; the rest is for meshes and textures.
 constexpr double kSourceShare = 0.25;
 
-std::uint64_t sourceBudget(const GlobeOptions& options, std::size_t layers) {
-  const double share = kSourceShare * static_cast<double>(options.cpuCacheBytes);
-  return static_cast<std::uint64_t>(share / static_cast<double>(std::max<std::size_t>(layers, 1)));
-}
+/// A generation that has not all that its view needs takes the other's place after this time.
+constexpr std::chrono::seconds kLongestPending{1};
 
-io::Result<int> commonCells(const std::vector<const raster::TileSourceInfo*>& infos, const Scene& scene,
-                            raster::Kind kind, int otherwise) {
-  int cells = infos.empty() ? otherwise : infos.front()->tileCells;
-  for (const raster::TileSourceInfo* info : infos) {
-    const auto wrong = [&](std::string message) {
-      return io::fail(io::Failure::Code::invalidArgument, std::move(message), info->name);
-    };
-    if (info->kind != kind) {
-      return wrong(
-          fmt::format("holds {}, but the scene uses it as {}", raster::nameOf(info->kind), raster::nameOf(kind)));
-    }
-    if (info->scheme != scene.tiling) {
-      return wrong(fmt::format("is tiled as {}, the scene as {}; build it again with --tiling {}",
-                               tiling::nameOf(info->scheme), tiling::nameOf(scene.tiling),
-                               tiling::nameOf(scene.tiling)));
-    }
-    if (!(info->body.ellipsoid == scene.body.ellipsoid)) {
-      return wrong(fmt::format("is of the body {}, the scene of {}", info->body.name, scene.body.name));
-    }
-    if (info->tileCells != cells) {
-      return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info->tileCells, cells));
-    }
-  }
-  const bool powerOfTwo = cells > 0 && (cells & (cells - 1)) == 0;
-  if (kind == raster::Kind::elevation && !(powerOfTwo && cells >= 4 && cells <= 128)) {
-    return io::fail(io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
-                    infos.front()->name);
-  }
-  return cells;
-}
+/// Failures that are kept: a server that lacks everything has one for each tile.
+constexpr std::size_t kMostFailures = 1000;
 
 }  // namespace
 
 struct Globe::State {
-  State(const Scene& scene, const GlobeOptions& options, ContentMaker contentMaker,
-        std::vector<std::shared_ptr<LayerTiles>> layerTiles, std::shared_ptr<LoadLedger> loads)
-      : body(scene.body),
+  State(const Scene& scene, const GlobeOptions& given)
+      : globeOptions(given),
+        body(scene.body),
         lighting(scene.lighting),
-        layers(std::move(layerTiles)),
-        ledger(std::move(loads)),
-        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(options.cpuCacheBytes))),
-        forest(std::move(contentMaker)),
-        selector(forest.maker().tiling, forest.maker().ellipsoid),
-        loading(forest, executor),
-        executor(options.workers) {
+        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
+        executor(given.workers) {
     frame.background = scene.background;
     frame.vertexGrid_m = vertexGrid_m(body.ellipsoid);
   }
 
+  /// Those who wait for a network are not waited for.
+  ~State() {
+    if (resources) resources->cancelWaits();
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  std::unique_ptr<Generation> generation();
   void receive();
-  const CutHistory* historyAt(const CutOptions& options);
+  const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
+  void evict();
   void fillFrame(const View& view, const Selection& selection);
+  void fillSoon(const Selection& selection);
+  void fillStatistics(const Selection& selection);
   void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile) const;
+  DrawnTile drawn(const SelectedTile& tile, const ContentMaker& maker) const;
   Light lightFor(const View& view) const;
 
+  GlobeOptions globeOptions;
   geo::Body body;
   Lighting lighting;
-  std::vector<std::shared_ptr<LayerTiles>> layers;
-  std::shared_ptr<LoadLedger> ledger;
   std::uint64_t contentBudget;
   std::vector<io::Failure> failures;
-  TileForest forest;
-  Selector selector;
-  std::array<CutMemory, 2> memories;  ///< of the last time and of this one; which is which, history says
-  CutHistory history{.last = &memories[0], .now = &memories[1]};
-  std::optional<double> time_s;      ///< of memories' newer one
-  std::optional<double> lastTime_s;  ///< and of the older
+  std::uint64_t failureCount = 0;
+  std::shared_ptr<io::Resources> resources;
+  Doorbell bell;
+  TileFetches fetches{bell};
+  std::unique_ptr<LayerRoster> roster;
+  std::unique_ptr<Generation> shown;                 ///< what is drawn; never null
+  std::unique_ptr<Generation> next;                  ///< with layers that have joined, until it is good enough; or null
+  std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
+  Clock::time_point pendingSince;                    ///< of next
+  const Selection* nextCut = nullptr;                ///< of this update; null without next
   Frame frame;
-  TileLoading loading;
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
+std::unique_ptr<Generation> Globe::State::generation() {
+  return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh), executor, fetches, bell);
+}
+
 void Globe::State::receive() {
-  loading.receive();
-  for (io::Failure& failure : ledger->takeFailures())
-    failures.push_back(std::move(failure));
+  for (const auto& old : retired)
+    old->loading.receive();
+  std::erase_if(retired, [](const auto& old) { return old->loading.isIdle(); });
+  for (io::Failure& failure : roster->ledger().takeFailures()) {
+    ++failureCount;
+    if (failures.size() < kMostFailures) failures.push_back(std::move(failure));
+  }
 }
 
-/// Updates at one time all start from what was drawn at the time before, so that the last of them, when all has come,
-/// does not depend on the order of arrivals.
-const CutHistory* Globe::State::historyAt(const CutOptions& options) {
-  if (!options.time_s || !options.morph) {
-    time_s = lastTime_s = std::nullopt;
-    for (CutMemory& memory : memories) {
-      memory.clear();
-      memory.corners.clear();
+/// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
+const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu) {
+  const auto now = Clock::now();
+  if (roster->advance(now)) {
+    if (!next) pendingSince = now;
+    if (next) retired.push_back(std::move(next));
+    next = generation();
+  }
+  const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, gpu);
+  nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, gpu) : nullptr;
+  if (nextCut != nullptr && next->rootsAreDrawable()) {
+    const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
+    if (isAsGood || now - pendingSince >= kLongestPending) {
+      retired.push_back(std::exchange(shown, std::move(next)));
+      selection = std::exchange(nextCut, nullptr);
+      roster->rootsAreMade();
     }
-    return nullptr;
   }
-  if (time_s != options.time_s) {
-    std::swap(memories[0], memories[1]);
-    lastTime_s = std::exchange(time_s, options.time_s);
-  }
-  history.step = lastTime_s ? std::clamp((*time_s - *lastTime_s) / options.fade_s, 0.0, 1.0) : 1.0;
-  return &history;
+  // First who asks, then who lets go: what both need is not fetched again.
+  (next ? next : shown)->loading.request((next ? nextCut : selection)->wanted);
+  if (next) shown->loading.pause();
+  for (const auto& old : retired)
+    old->loading.stop();
+  return *selection;
 }
 
-DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
-  const ContentMaker& maker = forest.maker();
+void Globe::State::evict() {
+  std::uint64_t others = next ? next->forest.contentBytes() : 0;
+  for (const auto& old : retired)
+    others += old->forest.contentBytes();
+  shown->forest.evict(contentBudget - std::min(contentBudget, others));
+  if (next) next->forest.evict(contentBudget);
+}
+
+DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& maker) const {
   const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
@@ -145,34 +144,52 @@ Light Globe::State::lightFor(const View& view) const {
 }
 
 void Globe::State::fillFrame(const View& view, const Selection& selection) {
+  const ContentMaker& maker = shown->forest.maker();
   frame.view = view;
   frame.light = lightFor(view);
-  frame.complete =
-      selection.wanted.empty() && selection.heldBack == 0 && !selection.cappedByBudget && !selection.morphing;
+  fillStatistics(selection);
+  const FrameStatistics& s = frame.statistics;
+  frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
+                   !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
+  frame.tiles.clear();
+  for (const SelectedTile& tile : selection.drawn)
+    frame.tiles.push_back(drawn(tile, maker));
+  fillSoon(selection);
+}
+
+/// What comes into the picture soon, and what will take its place, goes to the GPU as far as there is time for it.
+void Globe::State::fillSoon(const Selection& selection) {
+  frame.soon.clear();
+  for (const SelectedTile& tile : selection.soon)
+    frame.soon.push_back(drawn(tile, shown->forest.maker()));
+  frame.soonCopies_bytes = selection.spareCopies_bytes;
+  if (!next) return;
+  for (const SelectedTile& tile : nextCut->drawn)
+    frame.soon.push_back(drawn(tile, next->forest.maker()));
+}
+
+void Globe::State::fillStatistics(const Selection& selection) {
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
-  s.tilesWanted = static_cast<int>(selection.wanted.size());
+  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size());
   s.tilesHeldBack = selection.heldBack;
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
-  frame.tiles.clear();
-  for (const SelectedTile& tile : selection.drawn) {
-    frame.tiles.push_back(drawn(tile));
+  for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
-  }
-  frame.soon.clear();
-  for (const SelectedTile& tile : selection.soon)
-    frame.soon.push_back(drawn(tile));
-  frame.soonCopies_bytes = selection.spareCopies_bytes;
-  s.cpuCacheBytes = forest.contentBytes();
-  for (const auto& layer : layers)
-    s.cpuCacheBytes += layer->bytes();
-  s.requests = ledger->requests();
-  s.failedRequests = failures.size();
+  s.cpuCacheBytes = shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + roster->bytes();
+  s.layersComing = roster->coming() + (next ? 1 : 0);
+  s.requests = roster->ledger().requests();
+  s.failedRequests = failureCount;
+  s.failures = failureCount;
+  if (!resources) return;
+  const io::ResourceStatistics network = resources->statistics();
+  s.requests += network.requests;
+  s.failedRequests += network.failedRequests;
 }
 
 void Globe::State::fillDebug(const CutOptions& options) {
@@ -181,7 +198,7 @@ void Globe::State::fillDebug(const CutOptions& options) {
   debug.boxes.clear();
   if (!debug.views.has(DebugView::boxes)) return;
   for (const DrawnTile& tile : frame.tiles)
-    debug.boxes.push_back(forest.record(tile.id).tightBox);
+    debug.boxes.push_back(shown->forest.record(tile.id).tightBox);
 }
 
 Globe::Globe(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -196,39 +213,15 @@ io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOp
 
 io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLayers layers,
                                                      const GlobeOptions& options) {
-  std::vector<const raster::TileSourceInfo*> elevation;
-  std::vector<const raster::TileSourceInfo*> imagery;
-  for (const auto& source : layers.elevation)
-    elevation.push_back(&source->info());
-  for (const auto& layer : layers.imagery)
-    imagery.push_back(&layer.source->info());
-  const auto cells = commonCells(elevation, scene, raster::Kind::elevation, raster::kElevationCells);
-  if (!cells) return tl::unexpected(cells.error());
-  const auto pixels = commonCells(imagery, scene, raster::Kind::imagery, raster::kImageryPixels);
-  if (!pixels) return tl::unexpected(pixels.error());
-
-  const std::uint64_t budget = sourceBudget(options, elevation.size() + imagery.size());
-  auto ledger = std::make_shared<LoadLedger>();
-  std::vector<std::shared_ptr<LayerTiles>> all;
-  std::vector<std::shared_ptr<LayerTiles>> ground;
-  std::vector<ColourLayers::Layer> colours;
-  for (auto& source : layers.elevation)
-    ground.push_back(std::make_shared<LayerTiles>(std::move(source), budget, ledger));
-  for (auto& layer : layers.imagery) {
-    colours.push_back({.tiles = std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger),
-                       .opacity = layer.opacity,
-                       .nightLights = layer.nightLights});
-    all.push_back(colours.back().tiles);
-  }
-  all.insert(all.end(), ground.begin(), ground.end());
-  const tiling::Tiling tiling(scene.tiling);
-  ContentMaker maker{.tiling = tiling,
-                     .ellipsoid = scene.body.ellipsoid,
-                     .ground = GroundLayers(tiling, std::move(ground), *cells),
-                     .colours = ColourLayers(std::move(colours), *pixels),
-                     .regularMesh = options.regularMesh};
-  return std::unique_ptr<Globe>(
-      new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
+  auto state = std::make_unique<State>(scene, options);
+  state->resources = layers.resources;
+  const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
+  auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
+  if (!roster) return tl::unexpected(std::move(roster.error()));
+  state->roster = std::move(*roster);
+  state->roster->advance(Clock::now());
+  state->shown = state->generation();
+  return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
 
 const geo::Body& Globe::body() const {
@@ -258,28 +251,36 @@ const std::vector<io::Failure>& Globe::failures() const {
   return state_->failures;
 }
 
+std::vector<io::Failure> Globe::troubles() const {
+  std::vector<io::Failure> out = state_->roster->troubles();
+  if (!state_->resources) return out;
+  for (io::Failure& trouble : state_->resources->troubles())
+    out.push_back(std::move(trouble));
+  return out;
+}
+
 const Frame& Globe::update(const View& view, const CutOptions& options, const Residency* gpu) {
   const auto start = Clock::now();
   State& s = *state_;
-  s.forest.begin(s.frame.exaggeration, gpu);
+  s.bell.quiet();
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
-  const CutHistory* history = s.historyAt(options);
-  const Selection& selection = s.selector.select(cutView, options, s.forest.occluderDepth_m(), s.forest, history);
-  s.loading.request(selection.wanted);
+  const Selection& selection = s.cut(cutView, options, gpu);
   s.fillFrame(view, selection);
   s.fillDebug(options);
-  s.forest.evict(s.contentBudget);
+  s.evict();
   s.frame.statistics.update_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   return s.frame;
 }
 
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
-  return !state_->loading.isIdle() && state_->loading.wait(timeout);
+  const State& s = *state_;
+  const bool isComing = !s.shown->loading.isIdle() || (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
+  return isComing && state_->bell.wait(timeout);
 }
 
 std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
-  const tiling::RootPoint p = state_->forest.maker().tiling.rootPoint(d);
+  const tiling::RootPoint p = state_->shown->forest.maker().tiling.rootPoint(d);
   std::optional<double> height_m;
   for (int level = 0; level <= kDeepestLevel; ++level) {
     const double across = std::exp2(level);
@@ -288,7 +289,7 @@ std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
     };
     const tiling::TileId id{static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(p.root), index(p.u),
                             index(p.v)};
-    const TileRecord* found = state_->forest.find(id);
+    const TileRecord* found = state_->shown->forest.find(id);
     if (found == nullptr || !found->content) return height_m;
     height_m = state_->frame.exaggeration * heightIn(found->content->heights, p.u * across - id.x, p.v * across - id.y);
   }

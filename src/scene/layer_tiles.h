@@ -3,6 +3,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -29,7 +30,8 @@ class LoadLedger {
 };
 
 /// The decoded tiles of one source, in a cache with a byte budget. Never asks the source for a tile that is loaded,
-/// being loaded, known not to exist, or failed before. Thread-safe; get() blocks while the source does.
+/// being loaded, known not to exist, or failed before. A tile that someone holds is not dropped, since that would free
+/// nothing. Thread-safe; get() blocks while the source does.
 class LayerTiles {
  public:
   using TilePointer = std::shared_ptr<const raster::SourceTile>;
@@ -44,6 +46,18 @@ class LayerTiles {
   /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
   /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
   int storedLevel(const tiling::TileId& id);
+  /// Whether the source tells what is stored without being asked to load: then storedLevel() waits for nothing. Only
+  /// such a source may have something to prepare.
+  bool tellsPresence() const { return tellsPresence_; }
+  /// The decoded tile, if it is here. Never blocks.
+  TilePointer kept(const tiling::TileId& id);
+  /// Known not to exist, or to have failed. Never blocks.
+  bool isMissing(const tiling::TileId& id) const;
+  /// As the source does.
+  std::unique_ptr<raster::Preparation> prepare(const tiling::TileId& id, double priority,
+                                               std::function<void()> ready) const {
+    return source_->prepare(id, priority, std::move(ready));
+  }
   /// Of decoded tiles and of what is known of others.
   std::uint64_t bytes() const;
 
@@ -70,12 +84,19 @@ class LayerTiles {
   std::shared_ptr<const raster::TileSource> source_;
   std::uint64_t budgetBytes_;
   std::shared_ptr<LoadLedger> ledger_;
+  bool tellsPresence_;
   mutable std::mutex mutex_;
   std::condition_variable loaded_;
   std::unordered_map<tiling::TileId, Entry, tiling::TileIdHash> tiles_;
   std::unordered_map<tiling::TileId, Known, tiling::TileIdHash> known_;
   std::list<tiling::TileId> uses_;  ///< most recent first
   std::uint64_t bytes_ = 0;
+};
+
+/// A tile that will be asked for.
+struct TileNeed {
+  LayerTiles* tiles = nullptr;
+  tiling::TileId id;
 };
 
 }  // namespace tellurion::scene
