@@ -170,7 +170,7 @@ void ColourLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& nee
     }
     const int level = layer.tiles->storedLevel(id);
     mayBeOwn = mayBeOwn || level == id.level;
-    if (level >= 0) needs.push_back({.tiles = layer.tiles.get(), .id = id.ancestor(level)});
+    addNeed(*layer.tiles, id, level, needs);
   }
   if (!mayBeOwn) needs.resize(before);
 }

@@ -346,7 +346,7 @@ void GroundLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& nee
     levels.forEachLevel([&](int level) {
       if (level < 0 || ((asked >> level) & 1u) != 0) return;
       asked |= 1u << level;
-      needs.push_back({.tiles = layer.get(), .id = id.ancestor(level)});
+      addNeed(*layer, id, level, needs);
     });
   }
   if (!mayBeOwn) needs.resize(before);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -41,7 +42,7 @@ class LayerTiles {
 
   const raster::TileSourceInfo& info() const { return source_->info(); }
   /// Null: there is no such tile, or it could not be loaded, or is missing though its parent lists it (which the ledger
-  /// is told once).
+  /// is told once, but of sources that tell what they store before they have looked).
   TilePointer get(const tiling::TileId& id);
   /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
   /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
@@ -98,5 +99,11 @@ struct TileNeed {
   LayerTiles* tiles = nullptr;
   tiling::TileId id;
 };
+
+/// The tile over `id` at a level, and the one that is asked for instead when it turns out that there is none.
+inline void addNeed(LayerTiles& tiles, const tiling::TileId& id, int level, std::vector<TileNeed>& needs) {
+  for (int each = level; each >= std::max(level - 1, 0); --each)
+    needs.push_back({.tiles = &tiles, .id = id.ancestor(each)});
+}
 
 }  // namespace tellurion::scene

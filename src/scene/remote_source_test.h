@@ -26,6 +26,8 @@ class FakeServer {
     bool used = false;  ///< loaded from
   };
   enum class Order { mostUrgent, firstCome };
+  /// cancels: else what is let go of has its turn all the same, as a line that knows no cancelling would have it.
+  explicit FakeServer(bool cancels = true) : cancels_(cancels) {}
 
   std::shared_ptr<Request> ask(const tiling::TileId& id, double priority, std::function<void()> ready) {
     const std::lock_guard lock(mutex_);
@@ -43,8 +45,10 @@ class FakeServer {
     if (!request->used) ++cancelled_;
     if (request->served) {
       std::erase(held_, request);
-    } else {
+    } else if (cancels_) {
       std::erase(waiting_, request);
+    } else {
+      request->ready = [] {};
     }
   }
   /// Whether someone holds what was answered for it, which is used now.
@@ -88,6 +92,7 @@ class FakeServer {
   }
 
  private:
+  bool cancels_;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Request>> waiting_;
   std::map<tiling::TileId, int> asked_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "scene/screen_share.h"
 #include "scene/view_frustum.h"
 
 namespace tellurion::scene {
@@ -141,6 +142,7 @@ class Cut {
       if (at(worst.node).firstChild < 0) {
         if (worst.need == kKept && mayMerge(at(worst.node))) continue;
         at(worst.node).kept = worst.need == kKept;
+        cause_ = worst.node;
         refused_ = false;
         if (!split(worst.node, worst.need, false)) {
           if (refused_) costly_.push_back(worst);
@@ -155,7 +157,7 @@ class Cut {
   static constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see occluderDepth_m
   static constexpr double kAboveRounding = 1e-6;
   static constexpr double kKept = 1e-6;    ///< of the need of tiles that were split in the last frame
-  static constexpr double kUnseen = 0.25;  ///< what is not in the picture is less urgent by this
+  static constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
   static constexpr double kLift = 0.05;    ///< of the eye's height: what comes over the horizon soon
   using Children = std::array<TileFacts*, 4>;
 
@@ -313,13 +315,20 @@ class Cut {
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
 
-  /// The four children are there, or are asked for. Without a history, only those that may be seen have to be.
-  bool areReady(const tiling::TileId& id, const Children& children, std::uint8_t inside, double priority) {
+  /// What better ground in a tile's place adds to the picture: missing detail times area.
+  double urgencyOf(const TileFacts& facts, double need) const {
+    return need * std::max(screenShare(facts.drawable ? facts.tightBox : facts.box, view_), kLeastShare);
+  }
+
+  /// The four children are there, or are asked for: with one urgency, since the last of them counts. Without a history,
+  /// only those that may be seen have to be. `cause`: whose better ground they are for.
+  bool areReady(const tiling::TileId& id, const Children& children, std::uint8_t inside, const TileFacts& cause,
+                double need) {
     bool ready = true;
     for (int q = 0; q < 4; ++q) {
       const TileFacts& child = *children[static_cast<std::size_t>(q)];
       if (child.drawable || (history_ == nullptr && !maySee(child, inside))) continue;
-      want(id.child(q), planesAround(picture_, child, 0) ? priority : kUnseen * priority);
+      want(id.child(q), urgencyOf(cause, need));
       ready = false;
     }
     return ready;
@@ -334,7 +343,8 @@ class Cut {
       measure(child);
       if (child.need <= 1.0 || child.id.level >= tiling::kMaxLevel) continue;
       const Children below = tree_.children(child.id, *child.facts);
-      if (areReady(child.id, below, 0, std::min(child.need, priority))) prefetchBelow(child.id, below, priority);
+      if (areReady(child.id, below, 0, *child.facts, std::min(child.need, priority)))
+        prefetchBelow(child.id, below, priority);
     }
   }
 
@@ -360,7 +370,7 @@ class Cut {
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     const Children children = tree_.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
-    if (!areReady(id, children, at(node).inside, priority)) return false;
+    if (!areReady(id, children, at(node).inside, *at(cause_).facts, priority)) return false;
     const bool balanced = splitCoarserAround(node, priority, atAnyCost);
     if (!affords(at(node), children, priority)) return false;  // what lies around it took the rest
     if (!mayPart(at(node), children)) {
@@ -566,6 +576,7 @@ class Cut {
     copying
   } stage_ = Stage::whole;  ///< whatever it costs; else see growWithinCopies
   bool refused_ = false;    ///< a split, for its copies
+  int cause_ = -1;          ///< the leaf that is being split, and all that touches it for its sake
 };
 
 }  // namespace
