@@ -68,7 +68,11 @@ FetchJobPointer FetchQueue::next(SteadyTime now) {
     if (best == nullptr || GoesEarlier()(*host->queued.begin(), *best->queued.begin())) best = host.get();
   }
   if (best == nullptr) return nullptr;
-  const FetchJobPointer job = best->queued.extract(best->queued.begin()).value();
+  auto which = best->queued.begin();
+  // A host must not stay in trouble for the sake of one urgent URL that never comes: probes take turns.
+  if (best->health.inTrouble())
+    which = std::ranges::min_element(best->queued, {}, [](const FetchJobPointer& job) { return job->tries; });
+  const FetchJobPointer job = best->queued.extract(which).value();
   job->state = FetchJob::State::running;
   job->probe = best->health.sent();
   ++best->running;
@@ -112,6 +116,7 @@ bool FetchQueue::failed(const FetchJobPointer& job, const FailedRequest& how, St
   const double random = std::uniform_real_distribution<double>(0.0, 1.0)(random_);
   // While its host is in trouble a request learns nothing of itself: it only lets another go first.
   if (!host.health.inTrouble()) ++job->failures;
+  ++job->tries;
   host.health.failed(how, job->probe, now, random);
   host.lastReason = how.reason;
   if (job->state == FetchJob::State::gone) return false;

@@ -29,6 +29,7 @@ struct FetchJob {
   double priority = 0.0;
   SteadyTime notBefore;       ///< of a resting one
   int failures = 0;           ///< of its own, while its host was well
+  int tries = 0;              ///< that failed, whatever the reason
   bool probe = false;         ///< of a running one: it finds out whether its host is well again
   bool failedByHost = false;  ///< the last failure was its host's
 };

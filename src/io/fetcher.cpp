@@ -98,7 +98,7 @@ class Fetcher::Loop {
   void drop(RunningMap::iterator at);
   void dropCancelled();
   void startNext();
-  void takeEnded();
+  bool takeEnded();
   void finish(Running ended, int curlCode);
   void settle(const FetchJobPointer& job, TransferEnd end);
   int countOfPlaces(SteadyTime now);
@@ -129,7 +129,7 @@ void Fetcher::Loop::run() {
       job->done(Fetched{.kind = Fetched::Kind::troubled});
     int count = 0;
     curl_multi_perform(multi_, &count);
-    takeEnded();
+    if (takeEnded()) continue;  // there is room for the next
     curl_multi_poll(multi_, nullptr, 0, pollTime_ms(), nullptr);
   }
   while (!running_.empty())
@@ -163,6 +163,7 @@ void Fetcher::Loop::startNext() {
                                                                .maxBytes = request.maxBytes,
                                                                .etag = request.etag,
                                                                .lastModified = request.lastModified,
+                                                               .authorities = options_.authorities.string(),
                                                                .connectTimeout_s = options_.connectTimeout_s,
                                                                .stallTimeout_s = options_.stallTimeout_s});
     void* const handle = transfer->handle();
@@ -197,7 +198,9 @@ int Fetcher::Loop::pollTime_ms() const {
   return static_cast<int>(std::clamp(wait, std::chrono::milliseconds(1), kLongestPoll).count());
 }
 
-void Fetcher::Loop::takeEnded() {
+// Whether any has ended.
+bool Fetcher::Loop::takeEnded() {
+  bool any = false;
   int left = 0;
   while (const CURLMsg* message = curl_multi_info_read(multi_, &left)) {
     if (message->msg != CURLMSG_DONE) continue;
@@ -205,7 +208,9 @@ void Fetcher::Loop::takeEnded() {
     auto node = running_.extract(message->easy_handle);
     curl_multi_remove_handle(multi_, node.key());
     finish(std::move(node.mapped()), code);
+    any = true;
   }
+  return any;
 }
 
 void Fetcher::Loop::finish(Running ended, int curlCode) {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <thread>
@@ -32,14 +34,29 @@ struct ResourceJob {
 
 namespace {
 
+constexpr std::size_t kMostAbsent = 1 << 16;
+// What a server does not have is not asked for again within this, whatever it says of keeping.
+constexpr UnixSeconds kAbsentAtLeast_s = 300;
+
 std::string keyOf(const ResourceRequest& request) {
   return request.dataset + '\n' + request.url;
+}
+
+CacheKey cacheKeyOf(const ResourceRequest& request) {
+  return {.dataset = request.dataset, .url = request.url};
+}
+
+UnixSeconds wallClock() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace
 
 ResourceDesk::ResourceDesk(const ResourceOptions& options)
-    : options_(options), fetcher_(std::make_unique<Fetcher>(options)), executor_(std::make_unique<Executor>(1)) {}
+    : options_(options), fetcher_(std::make_unique<Fetcher>(options)), executor_(std::make_unique<Executor>(1)) {
+  if (!options.cacheFile.empty())
+    cache_ = std::make_unique<ByteCache>(options.cacheFile, options.cacheBytes, options.warn);
+}
 
 ResourceDesk::~ResourceDesk() = default;
 
@@ -55,6 +72,7 @@ void ResourceDesk::close() {
   }
   fetcher_.reset();
   executor_.reset();
+  cache_.reset();
 }
 
 std::shared_ptr<ResourceWaiter> ResourceDesk::get(const ResourceRequest& request, double priority, Ready ready) {
@@ -122,10 +140,28 @@ bool ResourceDesk::isCurrent(const ResourceJob& job) const {
 
 void ResourceDesk::lookUp(const JobPointer& job) {
   if (isFileUrl(job->request.url)) return deliver(job, readLocalFile(job->request));
-  fetch(job);
+  if (isKnownAbsent(*job)) return deliver(job, nullptr);
+  const std::optional<CacheEntry> kept = cache_ ? cache_->find(cacheKeyOf(job->request)) : std::nullopt;
+  if (!kept || (kept->expires <= wallClock() && !options_.offline)) return fetch(job, kept ? &*kept : nullptr);
+  {
+    const std::scoped_lock lock(mutex_);
+    ++fromCache_;
+  }
+  deliver(job, kept->resource);
 }
 
-void ResourceDesk::fetch(const JobPointer& job) {
+// However old it is.
+void ResourceDesk::giveKept(const JobPointer& job) {
+  const std::optional<CacheEntry> kept = cache_->find(cacheKeyOf(job->request));
+  if (!kept) return fetch(job, nullptr);  // pushed out meanwhile
+  {
+    const std::scoped_lock lock(mutex_);
+    ++fromCache_;
+  }
+  deliver(job, kept->resource);
+}
+
+void ResourceDesk::fetch(const JobPointer& job, const CacheEntry* older) {
   const ResourceRequest& request = job->request;
   if (options_.offline)
     return deliver(
@@ -133,6 +169,11 @@ void ResourceDesk::fetch(const JobPointer& job) {
   const Result<std::string> host = hostOf(request.url);
   if (!host) return deliver(job, tl::unexpected(host.error()));
   FetchRequest wanted{.url = request.url, .maxBytes = request.maxBytes, .check = request.check};
+  if (older != nullptr) {
+    wanted.etag = older->etag;
+    wanted.lastModified = older->lastModified;
+    wanted.onlyIfWell = true;
+  }
   const std::scoped_lock lock(mutex_);
   if (!isCurrent(*job)) return;
   job->fetch = fetcher_->start(*host, std::move(wanted), job->priority,
@@ -141,8 +182,50 @@ void ResourceDesk::fetch(const JobPointer& job) {
 
 void ResourceDesk::fetched(const JobPointer& job, Result<Fetched> answer) {
   if (!answer) return deliver(job, tl::unexpected(answer.error()));
-  if (answer->kind == Fetched::Kind::nothing) return deliver(job, nullptr);
-  deliver(job, std::make_shared<const Resource>(std::move(answer->resource)));
+  switch (answer->kind) {
+    case Fetched::Kind::body: {
+      const auto resource = std::make_shared<const Resource>(std::move(answer->resource));
+      remember(*job, resource, answer->headers);
+      return deliver(job, resource);
+    }
+    case Fetched::Kind::nothing:
+      remember(*job, nullptr, answer->headers);
+      return deliver(job, nullptr);
+    case Fetched::Kind::notModified: {
+      const UnixSeconds now = wallClock();
+      cache_->renew(cacheKeyOf(job->request), now, freshnessOf(answer->headers, now).expires);
+      break;
+    }
+    case Fetched::Kind::troubled:
+      break;
+  }
+  const std::scoped_lock lock(mutex_);
+  if (!isCurrent(*job)) return;
+  job->fetch.reset();
+  job->lookUp = executor_->submit(job->priority, [this, job] { giveKept(job); });
+}
+
+void ResourceDesk::remember(const ResourceJob& job, Bytes resource, const HttpHeaders& headers) {
+  const UnixSeconds now = wallClock();
+  const Freshness freshness = freshnessOf(headers, now);
+  const UnixSeconds expires = resource ? freshness.expires : std::max(freshness.expires, now + kAbsentAtLeast_s);
+  if (!resource) {
+    const std::scoped_lock lock(mutex_);
+    if (absent_.size() >= kMostAbsent) absent_.clear();
+    absent_[std::hash<std::string>()(job.key)] = expires;
+  }
+  if (!cache_ || !freshness.store) return;
+  cache_->keep(cacheKeyOf(job.request), {.resource = std::move(resource),
+                                         .etag = headers.etag,
+                                         .lastModified = headers.lastModified,
+                                         .fetched = now,
+                                         .expires = expires});
+}
+
+bool ResourceDesk::isKnownAbsent(const ResourceJob& job) const {
+  const std::scoped_lock lock(mutex_);
+  const auto found = absent_.find(std::hash<std::string>()(job.key));
+  return found != absent_.end() && found->second > wallClock();
 }
 
 void ResourceDesk::deliver(const JobPointer& job, const Result<Bytes>& result) {
@@ -174,6 +257,8 @@ ResourceStatistics ResourceDesk::statistics() const {
   result.requests = network.requests;
   result.failedRequests = network.failedRequests;
   result.receivedBytes = network.receivedBytes;
+  result.fromCache = fromCache_;
+  result.cacheBytes = cache_ ? cache_->bytes() : 0;
   return result;
 }
 

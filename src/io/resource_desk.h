@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "io/byte_cache.h"
 #include "io/executor.h"
 #include "io/fetcher.h"
 #include "io/resources.h"
@@ -46,9 +47,12 @@ class ResourceDesk {
   using JobPointer = std::shared_ptr<ResourceJob>;
 
   void lookUp(const JobPointer& job);
-  void fetch(const JobPointer& job);
+  void giveKept(const JobPointer& job);
+  void fetch(const JobPointer& job, const CacheEntry* older);
   void fetched(const JobPointer& job, Result<Fetched> answer);
   void deliver(const JobPointer& job, const Result<Bytes>& result);
+  void remember(const ResourceJob& job, Bytes resource, const HttpHeaders& headers);
+  bool isKnownAbsent(const ResourceJob& job) const;
   bool isCurrent(const ResourceJob& job) const;
   void updatePriority(ResourceJob& job);
 
@@ -56,7 +60,11 @@ class ResourceDesk {
   mutable std::mutex mutex_;  // never held while a callback runs or the disk is asked
   std::condition_variable callbackEnded_;
   std::unordered_map<std::string, JobPointer> jobs_;  // by data set and URL
+  // What servers do not have, by a hash of data set and URL, and until when: also where no disk cache is.
+  std::unordered_map<std::size_t, UnixSeconds> absent_;
+  std::uint64_t fromCache_ = 0;
   bool closed_ = false;
+  std::unique_ptr<ByteCache> cache_;  // null: nothing is kept on disk
   std::unique_ptr<Fetcher> fetcher_;
   std::unique_ptr<Executor> executor_;
 };

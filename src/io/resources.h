@@ -34,8 +34,11 @@ struct ResourceOptions {
   std::filesystem::path cacheFile;                    ///< empty: nothing is kept on disk
   std::uint64_t cacheBytes = std::uint64_t{2} << 30;  ///< of cacheFile, least recently used goes first
   bool offline = false;                               ///< nothing but what is kept, however old
+  /// Told of what is wrong with cacheFile, so that nothing is kept or what was kept is lost: once each, on any thread.
+  std::function<void(const Failure&)> warn;
   int connectionsPerHost = 6;
   int connections = 24;  ///< to all hosts; up to twice as many while servers that hardly answer hold theirs
+  std::filesystem::path authorities;  ///< certificates (PEM) of whom https trusts; empty: those of the system
   double connectTimeout_s = 10.0;
   double stallTimeout_s = 30.0;  ///< whole seconds: less than 256 bytes a second for so long is no answer
   double firstRetry_s = 1.0;     ///< doubled with each failure ...
@@ -79,8 +82,8 @@ class Resources {
   /// `ready` is called once, on a thread of this object, never from within get(): with the bytes; with null where the
   /// server says that there is nothing (remembered until that expires); with a failure when they cannot come (offline
   /// and not kept, a URL that cannot be asked for, a refusal like 401 or 403). While a server is failing (no answer,
-  /// 5xx, 429, bad bytes) it is not called: the request is made again with backoff until the server is well. It must
-  /// be quick.
+  /// 5xx, 429, bad bytes) it is not called: the request is made again with backoff until the server is well, unless
+  /// something older is kept: that is given. It must be quick.
   using Ready = std::function<void(Result<std::shared_ptr<const Resource>>)>;
   [[nodiscard]] Ticket get(const ResourceRequest& request, double priority, Ready ready);
 

@@ -53,12 +53,15 @@ TransferEnd endOfStatus(long status) {
   }
 }
 
-TransferEnd endOfFailure(CURLcode code, const TransferRequest& request, bool connected) {
+TransferEnd endOfFailure(CURLcode code, const TransferRequest& request, bool connected, bool redirected) {
   using Kind = TransferEnd::Kind;
   switch (code) {
     case CURLE_URL_MALFORMAT:
     case CURLE_UNSUPPORTED_PROTOCOL:
-      return ended(Kind::refused, fmt::format("not an address that can be asked ({})", curl_easy_strerror(code)));
+      if (redirected)
+        return ended(Kind::refused,
+                     fmt::format("the server redirects to what cannot be asked ({})", curl_easy_strerror(code)));
+      return ended(Kind::badAnswer, "the server answered with something else than HTTP");
     case CURLE_FILESIZE_EXCEEDED:
       return ended(Kind::badAnswer,
                    "the answer is larger than the " + sizeText(request.maxBytes) + " that are allowed");
@@ -121,6 +124,7 @@ void Transfer::configure() {
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_2TLS));
   // Wait for a connection that can carry many requests, but only where there may be one.
   curl_easy_setopt(easy, CURLOPT_PIPEWAIT, request_.url.starts_with("https") ? 1L : 0L);
+  if (!request_.authorities.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, request_.authorities.c_str());
   curl_easy_setopt(easy, CURLOPT_ACCEPT_ENCODING, "");
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, std::lround(request_.connectTimeout_s * 1000.0));
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kStalled_bytesPerSecond);
@@ -165,7 +169,7 @@ std::size_t Transfer::onBody(const char* data, std::size_t size, std::size_t cou
 
 TransferEnd Transfer::end(int curlCode) {
   const auto code = static_cast<CURLcode>(curlCode);
-  if (tooLarge_) return endOfFailure(CURLE_FILESIZE_EXCEEDED, request_, true);
+  if (tooLarge_) return endOfFailure(CURLE_FILESIZE_EXCEEDED, request_, true, false);
   long status = 0;
   long connections = 0;
   curl_off_t connect_us = 0;
@@ -173,8 +177,9 @@ TransferEnd Transfer::end(int curlCode) {
   curl_easy_getinfo(handle_, CURLINFO_NUM_CONNECTS, &connections);
   curl_easy_getinfo(handle_, CURLINFO_CONNECT_TIME_T, &connect_us);
   // A transfer over a connection that was open already made none.
+  const bool connected = connections == 0 || connect_us > 0;
   TransferEnd result =
-      code == CURLE_OK ? endOfStatus(status) : endOfFailure(code, request_, connections == 0 || connect_us > 0);
+      code == CURLE_OK ? endOfStatus(status) : endOfFailure(code, request_, connected, status / 100 == 3);
   result.headers = std::move(headers_);
   if (result.kind == TransferEnd::Kind::notModified && request_.etag.empty() && request_.lastModified.empty())
     return ended(TransferEnd::Kind::badAnswer, "the server says 'not modified' of what it was never asked about");

@@ -16,6 +16,7 @@ struct TransferRequest {
   std::uint64_t maxBytes = 0;
   std::string etag;          ///< of what we have: the server may say that it is still good
   std::string lastModified;  ///< likewise
+  std::string authorities;   ///< a file of certificates; empty: those of the system
   double connectTimeout_s = 10.0;
   double stallTimeout_s = 30.0;
 };

@@ -31,7 +31,7 @@ BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, cons
 
 io::Result<void> BuildRun::prepareBase() {
   if (!plan_.base) return {};
-  auto rows = TileDatabase::open(*plan_.base, Connection::Mode::read);
+  auto rows = TileDatabase::open(*plan_.base, io::SqliteConnection::Mode::read);
   if (!rows) return tl::unexpected(rows.error());
   baseRows_.emplace(std::move(*rows));
   auto reader = PyramidReader::open(*plan_.base);

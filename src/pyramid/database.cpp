@@ -22,7 +22,7 @@ constexpr std::string_view kTilesTable =
 constexpr std::string_view kMetaTable = "CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID";
 constexpr std::string_view kSourcesTable = "CREATE TABLE sources (number INTEGER PRIMARY KEY, path TEXT NOT NULL)";
 
-io::Result<void> checkSchema(const Connection& connection) {
+io::Result<void> checkSchema(const io::SqliteConnection& connection) {
   const auto application = connection.integer("PRAGMA application_id");
   if (!application) return tl::unexpected(application.error());
   if (*application != kApplicationId) {
@@ -50,7 +50,7 @@ io::Result<void> checkSchema(const Connection& connection) {
   return {};
 }
 
-io::Result<void> checkVersion(const Connection& connection, tiling::Scheme scheme) {
+io::Result<void> checkVersion(const io::SqliteConnection& connection, tiling::Scheme scheme) {
   const auto version = connection.integer("PRAGMA user_version");
   if (!version) return tl::unexpected(version.error());
   if (*version == formatVersionOf(scheme)) return {};
@@ -61,7 +61,7 @@ io::Result<void> checkVersion(const Connection& connection, tiling::Scheme schem
                   connection.path());
 }
 
-io::Result<void> createTables(const Connection& connection, tiling::Scheme scheme) {
+io::Result<void> createTables(const io::SqliteConnection& connection, tiling::Scheme scheme) {
   const std::string application = fmt::format("PRAGMA application_id = {}", kApplicationId);
   const std::string version = fmt::format("PRAGMA user_version = {}", formatVersionOf(scheme));
   for (const std::string_view sql :
@@ -73,7 +73,7 @@ io::Result<void> createTables(const Connection& connection, tiling::Scheme schem
 
 /// What every writing connection needs so that the file's bytes depend on its content alone: a fixed page size, no
 /// pages written before a commit, a rollback journal that is gone after it.
-io::Result<void> prepareWriting(const Connection& connection) {
+io::Result<void> prepareWriting(const io::SqliteConnection& connection) {
   for (const std::string_view sql : {"PRAGMA page_size = 4096", "PRAGMA auto_vacuum = 0", "PRAGMA encoding = 'UTF-8'",
                                      "PRAGMA journal_mode = DELETE", "PRAGMA synchronous = FULL",
                                      "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF"}) {
@@ -91,18 +91,18 @@ bool parseNumber(std::string_view& text, T& value) {
   return true;
 }
 
-raster::HeightStatistics statisticsFrom(const Statement& row, int firstColumn) {
+raster::HeightStatistics statisticsFrom(const io::SqliteStatement& row, int firstColumn) {
   const auto value = [&](int i) { return static_cast<float>(row.real(firstColumn + i)); };
   return {value(0), value(1), row.isNull(firstColumn + 2) ? 0.0f : value(2)};
 }
 
 }  // namespace
 
-io::Result<TileDatabase> TileDatabase::open(const std::filesystem::path& path, Connection::Mode mode) {
-  auto connection = Connection::open(path, mode);
+io::Result<TileDatabase> TileDatabase::open(const std::filesystem::path& path, io::SqliteConnection::Mode mode) {
+  auto connection = io::SqliteConnection::open(path, mode);
   if (!connection) return tl::unexpected(connection.error());
   if (auto ok = checkSchema(*connection); !ok) return tl::unexpected(ok.error());
-  if (mode != Connection::Mode::read) {
+  if (mode != io::SqliteConnection::Mode::read) {
     if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
   }
   auto meta = readMeta(*connection);
@@ -112,7 +112,7 @@ io::Result<TileDatabase> TileDatabase::open(const std::filesystem::path& path, C
 }
 
 io::Result<bool> TileDatabase::isBlank(const std::filesystem::path& path) {
-  auto connection = Connection::open(path, Connection::Mode::write);
+  auto connection = io::SqliteConnection::open(path, io::SqliteConnection::Mode::write);
   if (!connection) return tl::unexpected(connection.error());
   const auto tables = connection->integer("SELECT count(*) FROM sqlite_schema");
   const auto application = connection->integer("PRAGMA application_id");
@@ -123,7 +123,7 @@ io::Result<bool> TileDatabase::isBlank(const std::filesystem::path& path) {
 
 io::Result<TileDatabase> TileDatabase::create(const std::filesystem::path& path, const DatabaseMeta& meta,
                                               const BuildPosition& start) {
-  auto connection = Connection::open(path, Connection::Mode::create);
+  auto connection = io::SqliteConnection::open(path, io::SqliteConnection::Mode::create);
   if (!connection) return tl::unexpected(connection.error());
   if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
   TileDatabase database(std::move(*connection), meta);
@@ -168,7 +168,8 @@ io::Result<void> TileDatabase::writePosition(const std::optional<BuildPosition>&
   return put->run();
 }
 
-io::Result<Statement*> TileDatabase::prepared(std::optional<Statement>& slot, std::string_view sql) {
+io::Result<io::SqliteStatement*> TileDatabase::prepared(std::optional<io::SqliteStatement>& slot,
+                                                        std::string_view sql) {
   if (!slot) {
     auto statement = connection_.prepare(sql);
     if (!statement) return tl::unexpected(statement.error());
@@ -180,7 +181,7 @@ io::Result<Statement*> TileDatabase::prepared(std::optional<Statement>& slot, st
 io::Result<std::optional<TileRecord>> TileDatabase::read(const tiling::TileId& id) {
   const auto statement = prepared(read_, fmt::format("SELECT {} FROM tiles WHERE id = ?", kTileColumns));
   if (!statement) return tl::unexpected(statement.error());
-  Statement& select = **statement;
+  io::SqliteStatement& select = **statement;
   select.bind(1, rowNumberOf(id));
   const auto found = select.step();
   if (!found) return tl::unexpected(found.error());
@@ -203,7 +204,7 @@ io::Result<bool> TileDatabase::contains(const tiling::TileId& id) {
 io::Result<void> TileDatabase::write(const TileRecord& record) {
   const auto statement = prepared(write_, "INSERT OR REPLACE INTO tiles VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!statement) return tl::unexpected(statement.error());
-  Statement& insert = **statement;
+  io::SqliteStatement& insert = **statement;
   const auto integer = [](auto value) { return static_cast<std::int64_t>(value); };
   insert.bind(1, rowNumberOf(record.id)).bind(2, integer(record.id.level)).bind(3, integer(record.id.root));
   insert.bind(4, integer(record.id.x)).bind(5, integer(record.id.y)).bind(9, integer(record.childMask));
@@ -216,7 +217,7 @@ io::Result<void> TileDatabase::write(const TileRecord& record) {
   return insert.run();
 }
 
-io::Result<TileRecord> recordFrom(const Statement& row, raster::Kind kind, const std::string& where) {
+io::Result<TileRecord> recordFrom(const io::SqliteStatement& row, raster::Kind kind, const std::string& where) {
   const auto id = tileOfRowNumber(row.integer(0));
   if (!id) return io::fail(Code::corrupt, fmt::format("row {} belongs to no tile", row.integer(0)), where);
   const auto complain = [&](const std::string& what) {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "io/sqlite.h"
 #include "pyramid/database_meta.h"
-#include "pyramid/sqlite.h"
 #include "pyramid/tile_record.h"
 #include "raster/tile_source.h"
 
@@ -23,7 +23,7 @@ struct BuildPosition {
 /// A tile database file, finished or not. Move-only, one thread only. Checks what it reads.
 class TileDatabase {
  public:
-  static io::Result<TileDatabase> open(const std::filesystem::path& path, Connection::Mode mode);
+  static io::Result<TileDatabase> open(const std::filesystem::path& path, io::SqliteConnection::Mode mode);
   /// A new file, or one that a build left before its first commit; nothing else may be there.
   static io::Result<TileDatabase> create(const std::filesystem::path& path, const DatabaseMeta& meta,
                                          const BuildPosition& start);
@@ -44,17 +44,18 @@ class TileDatabase {
   io::Result<void> begin() { return connection_.execute("BEGIN IMMEDIATE"); }
   io::Result<void> commit() { return connection_.execute("COMMIT"); }
   void rollback() { static_cast<void>(connection_.execute("ROLLBACK")); }
-  const Connection& connection() const { return connection_; }
+  const io::SqliteConnection& connection() const { return connection_; }
 
  private:
-  TileDatabase(Connection connection, DatabaseMeta meta) : connection_(std::move(connection)), meta_(std::move(meta)) {}
-  io::Result<Statement*> prepared(std::optional<Statement>& slot, std::string_view sql);
+  TileDatabase(io::SqliteConnection connection, DatabaseMeta meta)
+      : connection_(std::move(connection)), meta_(std::move(meta)) {}
+  io::Result<io::SqliteStatement*> prepared(std::optional<io::SqliteStatement>& slot, std::string_view sql);
 
-  Connection connection_;
+  io::SqliteConnection connection_;
   DatabaseMeta meta_;
-  std::optional<Statement> read_;
-  std::optional<Statement> contains_;
-  std::optional<Statement> write_;
+  std::optional<io::SqliteStatement> read_;
+  std::optional<io::SqliteStatement> contains_;
+  std::optional<io::SqliteStatement> write_;
 };
 
 /// The columns that `recordFrom` expects, in order.
@@ -63,6 +64,6 @@ inline constexpr std::string_view kTileColumns =
 
 /// A row that is at columns kTileColumns of `row`; `where` names the file. Fails when its columns contradict each
 /// other, a value is out of its range or the checksum is wrong.
-io::Result<TileRecord> recordFrom(const Statement& row, raster::Kind kind, const std::string& where);
+io::Result<TileRecord> recordFrom(const io::SqliteStatement& row, raster::Kind kind, const std::string& where);
 
 }  // namespace tellurion::pyramid

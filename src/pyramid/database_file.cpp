@@ -29,7 +29,7 @@ std::string shellWord(const std::string& word) {
 std::size_t sourcesBelow(const fs::path& output) {
   std::error_code error;
   if (!fs::exists(output, error)) return 0;
-  const auto below = TileDatabase::open(output, Connection::Mode::read);
+  const auto below = TileDatabase::open(output, io::SqliteConnection::Mode::read);
   return below ? below->meta().sources.size() : 0;
 }
 

@@ -35,7 +35,7 @@ struct MetaTable {
   }
 };
 
-io::Result<MetaTable> readTable(const Connection& connection) {
+io::Result<MetaTable> readTable(const io::SqliteConnection& connection) {
   MetaTable table{.where = connection.path(), .texts = {}, .numbers = {}};
   auto rows = connection.prepare("SELECT key, value, typeof(value) FROM meta LIMIT 1000");
   if (!rows) return tl::unexpected(rows.error());
@@ -51,7 +51,7 @@ io::Result<MetaTable> readTable(const Connection& connection) {
   }
 }
 
-io::Result<std::vector<std::string>> readSources(const Connection& connection) {
+io::Result<std::vector<std::string>> readSources(const io::SqliteConnection& connection) {
   std::vector<std::string> sources;
   auto rows = connection.prepare(fmt::format("SELECT path FROM sources ORDER BY number LIMIT {}", kMostSources));
   if (!rows) return tl::unexpected(rows.error());
@@ -112,7 +112,7 @@ io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
 /// Stops at the first failure and keeps it.
 class MetaWriter {
  public:
-  explicit MetaWriter(const Connection& connection)
+  explicit MetaWriter(const io::SqliteConnection& connection)
       : statement_(
             connection.prepare("INSERT INTO meta VALUES (?, ?) ON CONFLICT DO UPDATE SET value = excluded.value")) {}
   template <class T>
@@ -127,11 +127,11 @@ class MetaWriter {
   }
 
  private:
-  io::Result<Statement> statement_;
+  io::Result<io::SqliteStatement> statement_;
   io::Result<void> result_;
 };
 
-io::Result<void> writeSources(const Connection& connection, const std::vector<std::string>& sources) {
+io::Result<void> writeSources(const io::SqliteConnection& connection, const std::vector<std::string>& sources) {
   auto insert = connection.prepare("INSERT OR IGNORE INTO sources VALUES (?, ?)");
   if (!insert) return tl::unexpected(insert.error());
   std::int64_t number = 0;
@@ -149,7 +149,7 @@ std::int64_t formatVersionOf(tiling::Scheme scheme) {
   return scheme == tiling::Scheme::geographic ? 2 : 1;
 }
 
-io::Result<DatabaseMeta> readMeta(const Connection& connection) {
+io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   const auto table = readTable(connection);
   if (!table) return tl::unexpected(table.error());
   DatabaseMeta meta;
@@ -170,7 +170,7 @@ io::Result<DatabaseMeta> readMeta(const Connection& connection) {
   return meta;
 }
 
-io::Result<void> writeMeta(const Connection& connection, const DatabaseMeta& meta) {
+io::Result<void> writeMeta(const io::SqliteConnection& connection, const DatabaseMeta& meta) {
   MetaWriter writer(connection);
   writer.put("kind", raster::nameOf(meta.kind));
   writer.put("tiling", tiling::nameOf(meta.scheme));

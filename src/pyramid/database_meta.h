@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pyramid/sqlite.h"
+#include "io/sqlite.h"
 #include "raster/tile_source.h"
 
 namespace tellurion::pyramid {
@@ -30,8 +30,8 @@ struct DatabaseMeta {
 };
 
 /// The tables `meta` and `sources`. Fails on what is missing or out of its range, and names it.
-io::Result<DatabaseMeta> readMeta(const Connection& connection);
+io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection);
 /// All but the position of an unfinished build.
-io::Result<void> writeMeta(const Connection& connection, const DatabaseMeta& meta);
+io::Result<void> writeMeta(const io::SqliteConnection& connection, const DatabaseMeta& meta);
 
 }  // namespace tellurion::pyramid

@@ -30,7 +30,7 @@ io::Result<void> moved(const fs::path& from, const fs::path& to) {
 }
 
 io::Result<BuildReport> reportOn(const fs::path& path) {
-  const auto database = TileDatabase::open(path, Connection::Mode::read);
+  const auto database = TileDatabase::open(path, io::SqliteConnection::Mode::read);
   if (!database) return tl::unexpected(database.error());
   const auto tiles = database->connection().integer("SELECT count(*) FROM tiles");
   if (!tiles) return tl::unexpected(tiles.error());
@@ -46,7 +46,7 @@ io::Result<BuildReport> reportOn(const fs::path& path) {
 io::Result<std::optional<DatabaseMeta>> finishedAt(const fs::path& output) {
   std::error_code error;
   if (!fs::exists(output, error)) return std::optional<DatabaseMeta>{};
-  const auto database = TileDatabase::open(output, Connection::Mode::read);
+  const auto database = TileDatabase::open(output, io::SqliteConnection::Mode::read);
   if (!database) return tl::unexpected(database.error());
   if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   return std::optional(database->meta());
@@ -80,7 +80,7 @@ struct Opened {
 
 io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, const std::string& baseKey,
                                 const BuildPosition& start) {
-  auto database = TileDatabase::open(part, Connection::Mode::write);
+  auto database = TileDatabase::open(part, io::SqliteConnection::Mode::write);
   if (!database) return tl::unexpected(database.error());
   if (plan.base && database->meta().buildKey == baseKey) {
     if (auto ok = startAppend(*database, plan, start); !ok) return tl::unexpected(ok.error());

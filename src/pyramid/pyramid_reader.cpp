@@ -26,7 +26,7 @@ struct PyramidReader::State {
         return database;
       }
     }
-    return TileDatabase::open(path, Connection::Mode::read);
+    return TileDatabase::open(path, io::SqliteConnection::Mode::read);
   }
   void giveBack(TileDatabase database) const {
     const std::scoped_lock lock(mutex);
@@ -96,7 +96,7 @@ PyramidReader::~PyramidReader() = default;
 
 io::Result<std::shared_ptr<const PyramidReader>> PyramidReader::open(const std::filesystem::path& path) {
   if (auto ok = checkDatabaseFile(path); !ok) return tl::unexpected(ok.error());
-  auto database = TileDatabase::open(path, Connection::Mode::read);
+  auto database = TileDatabase::open(path, io::SqliteConnection::Mode::read);
   if (!database) return tl::unexpected(database.error());
   if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   auto state = std::make_unique<State>();

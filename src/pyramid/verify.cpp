@@ -59,8 +59,8 @@ Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
 
 class Verification {
  public:
-  Verification(TileDatabase& database, Statement family, const VerifyOptions& options, const VerifySink& progress,
-               const std::stop_token& stop)
+  Verification(TileDatabase& database, io::SqliteStatement family, const VerifyOptions& options,
+               const VerifySink& progress, const std::stop_token& stop)
       : database_(database),
         family_(std::move(family)),
         options_(options),
@@ -129,7 +129,7 @@ class Verification {
     return {};
   }
 
-  io::Result<void> checkRow(const Statement& row) {
+  io::Result<void> checkRow(const io::SqliteStatement& row) {
     const DatabaseMeta& meta = database_.meta();
     ++report_.tiles;
     auto record = recordFrom(row, meta.kind, database_.connection().path());
@@ -199,7 +199,7 @@ class Verification {
   }
 
   TileDatabase& database_;
-  Statement family_;
+  io::SqliteStatement family_;
   const VerifyOptions& options_;
   const VerifySink& progress_;
   const std::stop_token& stop_;
@@ -213,7 +213,7 @@ class Verification {
 io::Result<VerifyReport> verifyPyramid(const std::filesystem::path& path, const VerifyOptions& options,
                                        const VerifySink& progress, const std::stop_token& stop) {
   if (auto ok = checkDatabaseFile(path); !ok) return tl::unexpected(ok.error());
-  auto database = TileDatabase::open(path, Connection::Mode::read);
+  auto database = TileDatabase::open(path, io::SqliteConnection::Mode::read);
   if (!database) return tl::unexpected(database.error());
   if (!database->meta().complete) return tl::unexpected(unfinished(*database));
   auto family = database->connection().prepare("SELECT child_mask, children FROM tiles WHERE id = ?");

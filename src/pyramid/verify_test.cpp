@@ -137,7 +137,7 @@ TEST_F(VerifyPyramid, FindsLiesUnderARightChecksum) {
   for (const Lie& lie : lies) {
     const fs::path path = copyOf("globe.tdb");
     {
-      auto database = TileDatabase::open(path, Connection::Mode::write);
+      auto database = TileDatabase::open(path, io::SqliteConnection::Mode::write);
       ASSERT_TRUE(database.has_value());
       auto record = database->read({.level = 0, .root = 3, .x = 0, .y = 0});
       ASSERT_TRUE(record.has_value() && record->has_value());

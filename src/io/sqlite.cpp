@@ -1,29 +1,29 @@
-#include "pyramid/sqlite.h"
+#include "io/sqlite.h"
 
 #include <sqlite3.h>
 
 #include <cmath>
 #include <limits>
 
-namespace tellurion::pyramid {
+namespace tellurion::io {
 namespace {
 
 constexpr int kBusyTimeout_ms = 10'000;
 constexpr int kLargestValue = 64 << 20;
 
-using Code = io::Failure::Code;
+using Code = Failure::Code;
 
-io::Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
+Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
   const std::string detail = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(resultCode);
-  const auto failure = [&](Code code, const std::string& message) { return io::Failure{code, message, where}; };
+  const auto failure = [&](Code code, const std::string& message) { return Failure{code, message, where}; };
   switch (resultCode & 0xff) {
     case SQLITE_NOTADB:
-      return failure(Code::corrupt, "not a tile database (no SQLite file)");
+      return failure(Code::corrupt, "not a database (no SQLite file)");
     case SQLITE_CORRUPT:
     case SQLITE_FORMAT:
       return failure(Code::corrupt, "the database file is damaged (" + detail + ")");
     case SQLITE_TOOBIG:
-      return failure(Code::corrupt, "the database holds a value larger than any tile");
+      return failure(Code::corrupt, "the database holds a value larger than any it should");
     case SQLITE_FULL:
       return failure(Code::ioError,
                      "the disk is full; nothing is lost: free some space and run the same command again");
@@ -45,17 +45,17 @@ io::Failure failureOf(int resultCode, sqlite3* database, const std::string& wher
   }
 }
 
-io::Failure failureOf(sqlite3_stmt* statement, int resultCode, const std::string& where) {
+Failure failureOf(sqlite3_stmt* statement, int resultCode, const std::string& where) {
   return failureOf(resultCode, sqlite3_db_handle(statement), where);
 }
 
-int flagsOf(Connection::Mode mode) {
+int flagsOf(SqliteConnection::Mode mode) {
   switch (mode) {
-    case Connection::Mode::read:
+    case SqliteConnection::Mode::read:
       return SQLITE_OPEN_READONLY | SQLITE_OPEN_NOMUTEX;
-    case Connection::Mode::write:
+    case SqliteConnection::Mode::write:
       return SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX;
-    case Connection::Mode::create:
+    case SqliteConnection::Mode::create:
       return SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX;
   }
   return SQLITE_OPEN_READONLY;
@@ -63,30 +63,30 @@ int flagsOf(Connection::Mode mode) {
 
 }  // namespace
 
-void Statement::Finalizer::operator()(sqlite3_stmt* statement) const {
+void SqliteStatement::Finalizer::operator()(sqlite3_stmt* statement) const {
   sqlite3_finalize(statement);
 }
-void Connection::Closer::operator()(sqlite3* database) const {
+void SqliteConnection::Closer::operator()(sqlite3* database) const {
   sqlite3_close_v2(database);
 }
 
-Statement& Statement::bind(int position, std::int64_t value) {
+SqliteStatement& SqliteStatement::bind(int position, std::int64_t value) {
   sqlite3_bind_int64(statement_.get(), position, value);
   return *this;
 }
 
-Statement& Statement::bind(int position, double value) {
+SqliteStatement& SqliteStatement::bind(int position, double value) {
   if (std::isnan(value)) return bindNull(position);
   sqlite3_bind_double(statement_.get(), position, value);
   return *this;
 }
 
-Statement& Statement::bind(int position, std::string_view value) {
+SqliteStatement& SqliteStatement::bind(int position, std::string_view value) {
   sqlite3_bind_text64(statement_.get(), position, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
   return *this;
 }
 
-Statement& Statement::bind(int position, std::span<const std::byte> value) {
+SqliteStatement& SqliteStatement::bind(int position, std::span<const std::byte> value) {
   if (value.empty()) {
     sqlite3_bind_zeroblob(statement_.get(), position, 0);
   } else {
@@ -95,24 +95,24 @@ Statement& Statement::bind(int position, std::span<const std::byte> value) {
   return *this;
 }
 
-Statement& Statement::bindNull(int position) {
+SqliteStatement& SqliteStatement::bindNull(int position) {
   sqlite3_bind_null(statement_.get(), position);
   return *this;
 }
 
-io::Result<bool> Statement::step() {
+Result<bool> SqliteStatement::step() {
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) {
     reset();
     return false;
   }
-  const io::Failure failure = failureOf(statement_.get(), code, where_);
+  const Failure failure = failureOf(statement_.get(), code, where_);
   reset();
   return tl::unexpected(failure);
 }
 
-io::Result<void> Statement::run() {
+Result<void> SqliteStatement::run() {
   while (true) {
     const auto row = step();
     if (!row) return tl::unexpected(row.error());
@@ -120,24 +120,24 @@ io::Result<void> Statement::run() {
   }
 }
 
-void Statement::reset() {
+void SqliteStatement::reset() {
   sqlite3_reset(statement_.get());
   sqlite3_clear_bindings(statement_.get());
 }
 
-bool Statement::isNull(int column) const {
+bool SqliteStatement::isNull(int column) const {
   return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
 }
-std::int64_t Statement::integer(int column) const {
+std::int64_t SqliteStatement::integer(int column) const {
   return sqlite3_column_int64(statement_.get(), column);
 }
 
-double Statement::real(int column) const {
+double SqliteStatement::real(int column) const {
   if (isNull(column)) return std::numeric_limits<double>::quiet_NaN();
   return sqlite3_column_double(statement_.get(), column);
 }
 
-std::string Statement::text(int column) const {
+std::string SqliteStatement::text(int column) const {
   const std::span<const std::byte> bytes = blob(column);
   std::string text(bytes.size(), '\0');
   for (std::size_t i = 0; i < bytes.size(); ++i)
@@ -145,17 +145,17 @@ std::string Statement::text(int column) const {
   return text;
 }
 
-std::span<const std::byte> Statement::blob(int column) const {
+std::span<const std::byte> SqliteStatement::blob(int column) const {
   const void* data = sqlite3_column_blob(statement_.get(), column);
   const int size = sqlite3_column_bytes(statement_.get(), column);
   if (data == nullptr || size <= 0) return {};
   return {static_cast<const std::byte*>(data), static_cast<std::size_t>(size)};
 }
 
-io::Result<Connection> Connection::open(const std::filesystem::path& path, Mode mode) {
+Result<SqliteConnection> SqliteConnection::open(const std::filesystem::path& path, Mode mode) {
   sqlite3* raw = nullptr;
   const int code = sqlite3_open_v2(path.c_str(), &raw, flagsOf(mode), nullptr);
-  Connection connection(raw, path.string());
+  SqliteConnection connection(raw, path.string());
   if (code != SQLITE_OK) return tl::unexpected(failureOf(code, raw, connection.path_));
   sqlite3_extended_result_codes(raw, 1);
   sqlite3_busy_timeout(raw, kBusyTimeout_ms);
@@ -169,24 +169,24 @@ io::Result<Connection> Connection::open(const std::filesystem::path& path, Mode 
   return connection;
 }
 
-void Connection::interrupt() const {
+void SqliteConnection::interrupt() const {
   sqlite3_interrupt(database_.get());
 }
 
-io::Result<Statement> Connection::prepare(std::string_view sql) const {
+Result<SqliteStatement> SqliteConnection::prepare(std::string_view sql) const {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v2(database_.get(), sql.data(), static_cast<int>(sql.size()), &statement, nullptr);
   if (code != SQLITE_OK) return tl::unexpected(failureOf(code, database_.get(), path_));
-  return Statement(statement, path_);
+  return SqliteStatement(statement, path_);
 }
 
-io::Result<void> Connection::execute(std::string_view sql) const {
+Result<void> SqliteConnection::execute(std::string_view sql) const {
   auto statement = prepare(sql);
   if (!statement) return tl::unexpected(statement.error());
   return statement->run();
 }
 
-io::Result<std::int64_t> Connection::integer(std::string_view sql) const {
+Result<std::int64_t> SqliteConnection::integer(std::string_view sql) const {
   auto statement = prepare(sql);
   if (!statement) return tl::unexpected(statement.error());
   const auto row = statement->step();
@@ -194,4 +194,4 @@ io::Result<std::int64_t> Connection::integer(std::string_view sql) const {
   return *row ? statement->integer(0) : 0;
 }
 
-}  // namespace tellurion::pyramid
+}  // namespace tellurion::io

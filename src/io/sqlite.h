@@ -13,22 +13,22 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace tellurion::pyramid {
+namespace tellurion::io {
 
 /// A prepared statement. Move-only, one thread only; must not outlive its connection. Binding positions count from 1,
 /// columns from 0. Text and blobs are copied on binding.
-class Statement {
+class SqliteStatement {
  public:
-  Statement& bind(int position, std::int64_t value);
-  Statement& bind(int position, double value);  ///< NaN becomes NULL
-  Statement& bind(int position, std::string_view value);
-  Statement& bind(int position, std::span<const std::byte> value);
-  Statement& bindNull(int position);
+  SqliteStatement& bind(int position, std::int64_t value);
+  SqliteStatement& bind(int position, double value);  ///< NaN becomes NULL
+  SqliteStatement& bind(int position, std::string_view value);
+  SqliteStatement& bind(int position, std::span<const std::byte> value);
+  SqliteStatement& bindNull(int position);
 
   /// True: there is a row to read. After false or a failure the statement is reset and its bindings are gone.
-  io::Result<bool> step();
+  Result<bool> step();
   /// Runs to the end, rows ignored.
-  io::Result<void> run();
+  Result<void> run();
   void reset();
 
   bool isNull(int column) const;
@@ -38,25 +38,25 @@ class Statement {
   std::span<const std::byte> blob(int column) const;  ///< valid until the next step or reset
 
  private:
-  friend class Connection;
+  friend class SqliteConnection;
   struct Finalizer {
     void operator()(sqlite3_stmt* statement) const;
   };
-  Statement(sqlite3_stmt* statement, std::string where) : statement_(statement), where_(std::move(where)) {}
+  SqliteStatement(sqlite3_stmt* statement, std::string where) : statement_(statement), where_(std::move(where)) {}
   std::unique_ptr<sqlite3_stmt, Finalizer> statement_;
   std::string where_;
 };
 
 /// A connection to an SQLite file, set up so that a hostile file can do no more than fail: no functions from the
 /// schema, cells checked when pages are read, no value above 64 MiB. Move-only, one thread only.
-class Connection {
+class SqliteConnection {
  public:
   enum class Mode { read, write, create };
-  static io::Result<Connection> open(const std::filesystem::path& path, Mode mode);
+  static Result<SqliteConnection> open(const std::filesystem::path& path, Mode mode);
 
-  io::Result<Statement> prepare(std::string_view sql) const;
-  io::Result<void> execute(std::string_view sql) const;
-  io::Result<std::int64_t> integer(std::string_view sql) const;  ///< first column of the first row; 0 without a row
+  Result<SqliteStatement> prepare(std::string_view sql) const;
+  Result<void> execute(std::string_view sql) const;
+  Result<std::int64_t> integer(std::string_view sql) const;  ///< first column of the first row; 0 without a row
   const std::string& path() const { return path_; }
   /// Makes statements that run right now fail soon. From any thread.
   void interrupt() const;
@@ -65,9 +65,9 @@ class Connection {
   struct Closer {
     void operator()(sqlite3* database) const;
   };
-  Connection(sqlite3* database, std::string path) : database_(database), path_(std::move(path)) {}
+  SqliteConnection(sqlite3* database, std::string path) : database_(database), path_(std::move(path)) {}
   std::unique_ptr<sqlite3, Closer> database_;
   std::string path_;
 };
 
-}  // namespace tellurion::pyramid
+}  // namespace tellurion::io
