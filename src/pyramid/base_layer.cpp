@@ -5,7 +5,7 @@
 #include <unordered_map>
 
 #include "pyramid/sample_views.h"
-#include "pyramid/tile_places.h"
+#include "raster/tile_places.h"
 #include "raster/bilinear.h"
 
 namespace tellurion::pyramid {

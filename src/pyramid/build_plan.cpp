@@ -12,8 +12,6 @@ namespace {
 
 using Code = io::Failure::Code;
 
-/// A raster is not blown up by a level only because its spacing is a hair finer than the level's.
-constexpr double kSpacingSlack = 1.01;
 /// FNV-1a, 64 bits, as hexadecimal digits: a name for a text, not a protection.
 std::string digestOf(const std::string& text) {
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -82,7 +80,7 @@ io::Result<void> checkInput(const std::string& path) {
 PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info) {
   const tiling::Tiling tiling(meta.scheme);
   PlannedInput input{.path = info.path,
-                     .depth = depthForSpacing(tiling, meta.tileCells, info.finestSpacing),
+                     .depth = raster::levelOfSpacing(tiling, meta.tileCells, info.finestSpacing),
                      .footprint = {},
                      .bounds = info.bounds,
                      .files = info.files,
@@ -134,13 +132,6 @@ std::string signatureOf(const PlannedInput& input) {
   for (const std::string& file : input.files)
     text += "|" + signatureOfFile(file);
   return text;
-}
-
-int depthForSpacing(const tiling::Tiling& tiling, int tileCells, geo::Angle spacing) {
-  int level = 0;
-  while (level < tiling::kMaxLevel && tiling.metrics(level).largestEdge / tileCells > spacing * kSpacingSlack)
-    ++level;
-  return level;
 }
 
 double heightStepFor(double heightQuantum_m) {

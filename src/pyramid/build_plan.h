@@ -44,9 +44,6 @@ struct BuildPlan {
 /// Opens each input once and decides. `base`: the database that --append found at the output.
 io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base);
 
-/// The natural depth of a spacing: see PlannedInput::depth. At most kMaxLevel.
-int depthForSpacing(const tiling::Tiling& tiling, int tileCells, geo::Angle spacing);
-
 /// The step of stored heights: the quantum / 16, rounded down to a power of two; 0 for floating point.
 double heightStepFor(double heightQuantum_m);
 

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "pyramid/tile_maker.h"
-#include "pyramid/tile_places.h"
+#include "raster/tile_places.h"
 #include "raster/codec.h"
 #include "raster/reduce.h"
 
@@ -101,7 +101,7 @@ io::Result<std::vector<std::byte>> payloadOf(const Raster<Rgba8>& pixels) {
 
 io::Result<void> TileMaker::sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                               Raster<Rgba8>& pixels) {
-  const OpenPlaces open = openPlaces(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
+  const raster::OpenPlaces open = openPlaces(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
   if (open.indices.empty()) return {};
   std::vector<Rgba8> colours(open.indices.size());
   if (base_ != nullptr) {

@@ -14,6 +14,7 @@
 #include "pyramid/synthetic_rasters_test.h"
 #include "pyramid/tile_maker.h"
 #include "pyramid/verify.h"
+#include "raster/live_tiles.h"
 
 namespace tellurion::pyramid::testing {
 namespace {
@@ -301,13 +302,13 @@ TEST_F(PyramidBuilder, ManyInputsAreOpenedInTurns) {
 TEST(BuildPlan, DepthIsTheFirstLevelAsFineAsTheInput) {
   const tiling::Tiling tiling(tiling::Scheme::geographic);
   const geo::Angle spacing = tiling.metrics(4).largestEdge / 64;
-  EXPECT_EQ(depthForSpacing(tiling, 64, spacing), 4);
-  EXPECT_EQ(depthForSpacing(tiling, 64, spacing / 1.005), 4);
-  EXPECT_EQ(depthForSpacing(tiling, 64, spacing / 1.02), 5);
-  EXPECT_EQ(depthForSpacing(tiling, 64, spacing * 1.5), 4);
-  EXPECT_EQ(depthForSpacing(tiling, 64, spacing * 2.0), 3);
-  EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::degrees(1000)), 0);
-  EXPECT_EQ(depthForSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing), 4);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.005), 4);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.02), 5);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 1.5), 4);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 2.0), 3);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::degrees(1000)), 0);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
 }
 
 TEST(BuildMemory, AllFilesOfAllThreadsShareOneBudget) {

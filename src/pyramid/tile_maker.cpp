@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pyramid/tile_places.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::pyramid {
 

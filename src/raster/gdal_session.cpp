@@ -3,11 +3,13 @@
 #include <cpl_conv.h>
 #include <cpl_error.h>
 #include <cpl_string.h>
+#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <filesystem>
 #include <mutex>
 #include <string_view>
@@ -31,6 +33,8 @@ constexpr std::array kDrivers{
     "USGSDEM", "XYZ",      "LAN",    "GTX",      "GSAG",   "GSBG",    "GS7BG",       "SAGA",          "RST",
     "BT",      "PCRaster", "ACE2",   "BYN",      "SIGDEM", "ROI_PAC", "RRASTER",     "Leveller",      "NWT_GRD",
     "ZMap",    "HF2",      "BLX",    "Terragen", "GXF",    "ISG",     "JP2OpenJPEG", "GRASSASCIIGrid"};
+/// For images in memory: these read what they are given and nothing else.
+constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// Drivers above decode into it.
 constexpr std::string_view kMemoryDriver = "MEM";
 
@@ -157,6 +161,40 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
       "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
       "(VRT, MRF, ...) or a service the raster files themselves are wanted",
       path));
+}
+
+MemoryDataset::MemoryDataset(DatasetPtr dataset, std::string name)
+    : dataset_(std::move(dataset)), name_(std::move(name)) {}
+MemoryDataset::MemoryDataset(MemoryDataset&&) noexcept = default;
+MemoryDataset::~MemoryDataset() {
+  if (!dataset_) return;
+  dataset_.reset();
+  VSIUnlink(name_.c_str());
+}
+
+io::Result<MemoryDataset> gdalOpenBytes(std::span<const std::byte> bytes, int width, int height) {
+  const GdalMessages messages;
+  static std::atomic<std::uint64_t> count{0};
+  std::string name = fmt::format("/vsimem/tellurion/{}", ++count);
+  // GDAL does not write to what is opened for reading, its type only lacks the const.
+  auto* memory = const_cast<GByte*>(reinterpret_cast<const GByte*>(bytes.data()));
+  if (VSILFILE* file = VSIFileFromMemBuffer(name.c_str(), memory, bytes.size(), FALSE)) VSIFCloseL(file);
+  CPLStringList drivers;
+  for (const char* driver : kMemoryDrivers)
+    drivers.AddString(driver);
+  const CPLConfigOptionSetter noNeighbours("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", false);
+  DatasetPtr dataset(
+      GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers.List(), nullptr, nullptr));
+  if (!dataset) {
+    VSIUnlink(name.c_str());
+    return tl::unexpected(messages.failure(Code::corrupt, "the image is damaged, or of a format that is not read", {}));
+  }
+  const int foundWidth = dataset->GetRasterXSize();
+  const int foundHeight = dataset->GetRasterYSize();
+  MemoryDataset opened(std::move(dataset), std::move(name));
+  if (foundWidth == width && foundHeight == height) return opened;
+  return io::fail(Code::corrupt, fmt::format("the image has {} x {} pixels where {} x {} were expected", foundWidth,
+                                             foundHeight, width, height));
 }
 
 io::Result<void> gdalWriteFloatTiff(const std::string& path, const Raster<float>& values) {

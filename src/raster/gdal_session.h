@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,24 @@ using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 /// raster whose files lie outside its folder.
 /// What GDAL warns of is added to `warnings`.
 io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
+
+/// A dataset in memory, and GDAL's name for the memory. Move-only.
+class MemoryDataset {
+ public:
+  MemoryDataset(DatasetPtr dataset, std::string name);
+  MemoryDataset(MemoryDataset&&) noexcept;
+  MemoryDataset& operator=(MemoryDataset&&) = delete;
+  ~MemoryDataset();
+  GDALDataset& operator*() const { return *dataset_; }
+
+ private:
+  DatasetPtr dataset_;
+  std::string name_;
+};
+
+/// Opens a TIFF, PNG or GIF that lies in memory, which must outlive the result; nothing beside it is looked for. It must
+/// have the size that is stated. Ends under a GdalMessages as other datasets do.
+io::Result<MemoryDataset> gdalOpenBytes(std::span<const std::byte> bytes, int width, int height);
 
 /// The names of all files that a raster is read from, side files included, as GDAL lists them; sorted.
 std::vector<std::string> filesOf(GDALDataset& dataset);

@@ -51,15 +51,13 @@ double metresOf(const char* unit, std::vector<std::string>& warnings) {
   return 1.0;
 }
 
-/// Heights outside are voids that nobody marked. Generous: the extremes are -10,935..8,849 m (Earth), -8,200..21,241 m
-/// (Mars), -9,130..10,790 m (Moon).
+}  // namespace
+
 std::pair<double, double> possibleHeights_m(const geo::Body& body) {
   if (body == geo::earth()) return {-12000.0, 9000.0};
   if (body == geo::mars() || body == geo::moon()) return {-15000.0, 30000.0};
   return {-body.ellipsoid.semiMinorAxis_m(), body.ellipsoid.semiMajorAxis_m()};
 }
-
-}  // namespace
 
 io::Result<HeightBand> HeightBand::open(GDALDataset& dataset, const std::string& path,
                                         const std::optional<double>& nodata, const geo::Body& body,

@@ -1,14 +1,14 @@
-#include "pyramid/tile_places.h"
+#include "raster/tile_places.h"
 
-namespace tellurion::pyramid {
+namespace tellurion::raster {
 
-int sideOf(raster::Kind kind, int cells) {
-  return cells + (kind == raster::Kind::elevation ? 1 : 0) + 2 * raster::kGutter;
+int sideOf(Kind kind, int cells) {
+  return cells + (kind == Kind::elevation ? 1 : 0) + 2 * kGutter;
 }
 
-std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, raster::Kind kind,
+std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
                                       int cells, int column, int row) {
-  const double shift = kind == raster::Kind::elevation ? 1.0 : 0.5;
+  const double shift = kind == Kind::elevation ? 1.0 : 0.5;
   const double s = (column - shift) / cells;
   const double t = (row - shift) / cells;
   const auto point = tiling.wrapped(tiling::rootPointIn(id, s, t));
@@ -16,7 +16,7 @@ std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling
   return tiling.direction(*point);
 }
 
-OpenPlaces openPlaces(const tiling::Tiling& tiling, const tiling::TileId& id, raster::Kind kind, int cells,
+OpenPlaces openPlaces(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
                       const std::vector<bool>& known) {
   const int side = sideOf(kind, cells);
   OpenPlaces open;
@@ -33,4 +33,4 @@ OpenPlaces openPlaces(const tiling::Tiling& tiling, const tiling::TileId& id, ra
   return open;
 }
 
-}  // namespace tellurion::pyramid
+}  // namespace tellurion::raster

@@ -1,0 +1,166 @@
+#include "raster/grid_tile_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "raster/grid_fetch.h"
+#include "raster/grid_sampling.h"
+#include "raster/live_tiles.h"
+#include "raster/service_image.h"
+#include "raster/shared_cache.h"
+
+namespace tellurion::raster {
+namespace {
+
+/// As LevelImages, a tenth: pixels must be finer by this than a tile's samples to be worth tiles below it.
+constexpr double kFiner = 1.1;
+
+template <class T>
+using ImageCache = SharedCache<GridImageId, Raster<T>, GridImageIdHash>;
+
+template <class T>
+std::uint64_t bytesOf(const Raster<T>& image) {
+  return image.samples.size() * sizeof(T);
+}
+
+/// A service, and its requests with a check that what comes is an image.
+struct Service {
+  GridService service;
+  std::shared_ptr<const GridGeometry> geometry;
+
+  io::ResourceRequest request(const GridImageId& id) const {
+    io::ResourceRequest request = service.request(id);
+    const GridLevel& level = geometry->level(id.level);
+    request.check = [own = std::move(request.check), width = level.imageWidth, height = level.imageHeight,
+                     kind = service.kind, heights = service.heights](const io::Resource& resource) {
+      if (own) {
+        auto sound = own(resource);
+        if (!sound || !*sound) return sound;
+      }
+      return checkServiceImage(resource, width, height, kind, heights);
+    };
+    return request;
+  }
+
+  io::Result<Raster<float>> decode(const io::Resource& resource, const GridLevel& level, float /*sample*/) const {
+    return decodeServiceHeights(resource, level.imageWidth, level.imageHeight, service.heights, service.body);
+  }
+  io::Result<Raster<Rgba8>> decode(const io::Resource& resource, const GridLevel& level, Rgba8 /*sample*/) const {
+    return decodeServiceImage(resource, level.imageWidth, level.imageHeight, service.transparentColour);
+  }
+};
+
+template <class T>
+class GridTileSource final : public TileSource {
+ public:
+  GridTileSource(Service service, tiling::Scheme scheme, std::shared_ptr<io::Resources> resources,
+                 const GridTileOptions& options)
+      : service_(std::make_shared<const Service>(std::move(service))),
+        geometry_(service_->geometry),
+        tiling_(scheme),
+        cache_(std::make_shared<ImageCache<T>>(options.memoryBytes)),
+        fetch_(std::make_shared<GridFetch>(
+            geometry_, [service = service_](const GridImageId& id) { return service->request(id); },
+            std::move(resources), [cache = cache_](const GridImageId& id) -> std::optional<bool> {
+              const auto found = cache->find(id);
+              if (!found) return std::nullopt;
+              return *found != nullptr;
+            })) {
+    const GridService& s = service_->service;
+    info_ = {.name = s.name,
+             .kind = s.kind,
+             .scheme = scheme,
+             .body = s.body,
+             .tileCells = options.tileCells > 0 ? options.tileCells : usualCells(s.kind),
+             .maxLevel = 0,
+             .bounds = s.bounds};
+    while (info_.maxLevel < tiling::kMaxLevel && isCoarse(info_.maxLevel, s.bounds))
+      ++info_.maxLevel;
+  }
+
+  const TileSourceInfo& info() const override { return info_; }
+
+  std::optional<TilePresence> presence(const tiling::TileId& id) const override {
+    return livePresence(
+        id, [this](const tiling::TileId& tile) { return info_.bounds.intersects(tiling_.bounds(tile)); },
+        [this](const tiling::TileId& tile) { return isCoarse(tile.level, tiling_.bounds(tile)); });
+  }
+
+  std::unique_ptr<Preparation> prepare(const tiling::TileId& id, double priority,
+                                       std::function<void()> ready) const override {
+    if (!presence(id)->stored) return nullptr;
+    return fetch_->fetch(imagesFor(*geometry_, tiling_, id, info_.kind, info_.tileCells), priority, std::move(ready));
+  }
+
+  io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const override {
+    const TilePresence presence = *this->presence(id);
+    if (!presence.stored) return std::optional<SourceTile>{};
+    const auto held = fetch_->fetchAndWait(imagesFor(*geometry_, tiling_, id, info_.kind, info_.tileCells));
+    if (!held) return tl::unexpected(held.error());
+    const GridImages<T> images = [this](const GridImageId& image) { return decoded(image); };
+    auto made = sampleGrid(*geometry_, tiling_, id, info_.tileCells, images);
+    if (!made) return tl::unexpected(std::move(made.error()));
+    if (!made->addsDetail && id.level > 0) return std::optional<SourceTile>{};
+    if constexpr (std::is_same_v<T, float>) {
+      return std::optional(liveTile(std::move(made->samples), presence.childMask, id, info_));
+    } else {
+      return std::optional(liveTile(std::move(made->samples), presence.childMask));
+    }
+  }
+
+ private:
+  /// Whether there are finer pixels, somewhere in a part of the service, than the samples of a level.
+  bool isCoarse(int level, const geo::GeoRect& part) const {
+    const geo::Angle south = std::max(part.south, info_.bounds.south);
+    const geo::Angle north = std::min(part.north, info_.bounds.north);
+    const double farthest = std::max(std::abs(south.radians()), std::abs(north.radians()));
+    // The last latitude of Mercator; other planes do not mind.
+    const double narrowing = std::max(std::cos(farthest), 0.086);
+    const geo::Angle finest = geometry_->pixelSide(geometry_->levels() - 1, narrowing);
+    return finest * kFiner < sampleSpacing(tiling_, level, info_.tileCells);
+  }
+
+  io::Result<typename ImageCache<T>::Pointer> decoded(const GridImageId& id) const {
+    return cache_->get(id, [&] { return decode(id); }, bytesOf<T>);
+  }
+
+  io::Result<typename ImageCache<T>::Pointer> decode(const GridImageId& id) const {
+    const auto arrival = fetch_->arrived(id);
+    const auto resource = arrival ? *arrival : fetch_->wait(id);
+    if (!resource) return tl::unexpected(resource.error());
+    if (!*resource) return nullptr;
+    auto image = service_->decode(**resource, geometry_->level(id.level), T{});
+    if (!image) {
+      return io::fail(image.error().code, std::move(image.error().message), service_->service.request(id).url);
+    }
+    const auto shared = std::make_shared<Raster<T>>();
+    std::swap(*shared, *image);
+    return shared;
+  }
+
+  std::shared_ptr<const Service> service_;
+  std::shared_ptr<const GridGeometry> geometry_;
+  tiling::Tiling tiling_;
+  TileSourceInfo info_;
+  std::shared_ptr<ImageCache<T>> cache_;
+  std::shared_ptr<GridFetch> fetch_;
+};
+
+}  // namespace
+
+io::Result<std::shared_ptr<const TileSource>> gridTileSource(GridService service, tiling::Scheme scheme,
+                                                             std::shared_ptr<io::Resources> resources,
+                                                             const GridTileOptions& options) {
+  auto geometry = GridGeometry::make(service);
+  if (!geometry) return tl::unexpected(std::move(geometry.error()));
+  const Kind kind = service.kind;
+  Service checked{std::move(service), std::move(*geometry)};
+  if (kind == Kind::elevation) {
+    return std::make_shared<const GridTileSource<float>>(std::move(checked), scheme, std::move(resources), options);
+  }
+  return std::make_shared<const GridTileSource<Rgba8>>(std::move(checked), scheme, std::move(resources), options);
+}
+
+}  // namespace tellurion::raster

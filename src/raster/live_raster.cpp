@@ -1,0 +1,118 @@
+#include "raster/live_raster.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "raster/live_tiles.h"
+#include "raster/pool.h"
+#include "raster/tile_places.h"
+
+namespace tellurion::raster {
+namespace {
+
+constexpr std::size_t kMostIdle = 4;
+
+class LiveRaster final : public TileSource {
+ public:
+  LiveRaster(RasterFile file, Kind kind, tiling::Scheme scheme, const LiveOptions& options)
+      : options_(options), tiling_(scheme), spacing_(file.info().finestSpacing), idle_(kMostIdle), map_(std::move(file)) {
+    const RasterInfo& raster = map_.info();
+    info_ = {.name = raster.path,
+             .kind = kind,
+             .scheme = scheme,
+             .body = raster.body,
+             .tileCells = options.tileCells > 0 ? options.tileCells : usualCells(kind),
+             .maxLevel = 0,
+             .bounds = raster.bounds};
+    info_.maxLevel = levelOfSpacing(tiling_, info_.tileCells, spacing_);
+    options_.raster.cacheBytes /= kMostIdle;
+  }
+
+  const TileSourceInfo& info() const override { return info_; }
+
+  std::optional<TilePresence> presence(const tiling::TileId& id) const override {
+    const std::scoped_lock lock(mapMutex_);
+    return livePresence(
+        id, [this](const tiling::TileId& tile) { return map_.mayTouch(tiling_, tile); },
+        [this](const tiling::TileId& tile) { return tile.level < info_.maxLevel; });
+  }
+
+  io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const override {
+    const TilePresence presence = *this->presence(id);
+    if (!presence.stored) return std::optional<SourceTile>{};
+    return idle_.with([this] { return RasterFile::open(info_.name, info_.kind, options_.raster); },
+                      [&](RasterFile& file) {
+                        return info_.kind == Kind::elevation ? heights(file, id, presence) : colours(file, id, presence);
+                      });
+  }
+
+ private:
+  /// Points where the raster's pixels are as large as samples.
+  geo::Angle footprint(int level) const {
+    const geo::Angle side = tiling_.metrics(level).meanEdge / info_.tileCells;
+    return side > spacing_ ? side : geo::Angle();
+  }
+
+  template <class T, class Sample>
+  io::Result<Raster<T>> sampled(const tiling::TileId& id, T empty, const Sample& sample) const {
+    const int side = sideOf(info_.kind, info_.tileCells);
+    Raster<T> samples(side, side, empty);
+    const OpenPlaces open =
+        openPlaces(tiling_, id, info_.kind, info_.tileCells, std::vector<bool>(samples.samples.size(), false));
+    std::vector<T> values(open.places.size(), empty);
+    if (auto done = sample(open.places, values); !done) return tl::unexpected(std::move(done.error()));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      samples.samples[open.indices[i]] = values[i];
+    return samples;
+  }
+
+  io::Result<std::optional<SourceTile>> heights(RasterFile& file, const tiling::TileId& id,
+                                                const TilePresence& presence) const {
+    auto samples = sampled<float>(id, kNoData, [&](const auto& places, auto& out) {
+      return file.sampleHeights(places, footprint(id.level), out);
+    });
+    if (!samples) return tl::unexpected(std::move(samples.error()));
+    if (isNeeded(id, presence, std::ranges::any_of(samples->samples, [](float h) { return !isNoData(h); }))) {
+      return std::optional(liveTile(std::move(*samples), presence.childMask, id, info_));
+    }
+    return std::optional<SourceTile>{};
+  }
+
+  io::Result<std::optional<SourceTile>> colours(RasterFile& file, const tiling::TileId& id,
+                                                const TilePresence& presence) const {
+    auto pixels = sampled<Rgba8>(id, Rgba8{}, [&](const auto& places, auto& out) {
+      return file.sampleColours(places, footprint(id.level), out);
+    });
+    if (!pixels) return tl::unexpected(std::move(pixels.error()));
+    if (isNeeded(id, presence, std::ranges::any_of(pixels->samples, [](const Rgba8& p) { return p.a != 0; }))) {
+      return std::optional(liveTile(std::move(*pixels), presence.childMask));
+    }
+    return std::optional<SourceTile>{};
+  }
+
+  /// presence() is conservative; a tile without data is there only for what is below it.
+  static bool isNeeded(const tiling::TileId& id, const TilePresence& presence, bool hasData) {
+    return id.level == 0 || presence.childMask != 0 || hasData;
+  }
+
+  LiveOptions options_;
+  tiling::Tiling tiling_;
+  geo::Angle spacing_;
+  TileSourceInfo info_;
+  mutable Pool<RasterFile> idle_;
+  mutable std::mutex mapMutex_;
+  RasterFile map_;  ///< for where it lies, which is asked while others load
+};
+
+}  // namespace
+
+io::Result<std::shared_ptr<const TileSource>> liveRaster(const std::string& path, Kind kind, tiling::Scheme scheme,
+                                                         const LiveOptions& options) {
+  auto file = RasterFile::open(path, kind, options.raster);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  return std::make_shared<const LiveRaster>(std::move(*file), kind, scheme, options);
+}
+
+}  // namespace tellurion::raster

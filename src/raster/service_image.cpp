@@ -1,0 +1,271 @@
+#include "raster/service_image.h"
+
+#include <fmt/format.h>
+#include <gdal_priv.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "raster/codec.h"
+#include "raster/colour_bands.h"
+#include "raster/gdal_session.h"
+#include "raster/height_band.h"
+
+namespace tellurion::raster {
+namespace {
+
+using Code = io::Failure::Code;
+constexpr int kSide = PixelStore<float>::kSide;
+
+std::string_view textOf(const io::Resource& resource) {
+  return {reinterpret_cast<const char*>(resource.bytes.data()), resource.bytes.size()};
+}
+
+bool isJpeg(std::string_view bytes) {
+  return bytes.starts_with("\xff\xd8\xff");
+}
+bool isPng(std::string_view bytes) {
+  return bytes.starts_with("\x89PNG\r\n\x1a\n");
+}
+bool isWebp(std::string_view bytes) {
+  return bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP");
+}
+bool isGif(std::string_view bytes) {
+  return bytes.starts_with("GIF87a") || bytes.starts_with("GIF89a");
+}
+bool isTiff(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  return bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv) || bytes.starts_with("II+\0"sv) ||
+         bytes.starts_with("MM\0+"sv);
+}
+
+bool isRaw(const io::Resource& resource, int width, int height) {
+  const std::size_t samples = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const bool fits = resource.bytes.size() == 2 * samples || resource.bytes.size() == 4 * samples;
+  const std::string& type = resource.contentType;
+  return fits && (type.empty() || type.find("bil") != std::string::npos || type == "application/octet-stream" ||
+                  type == "image/raw");
+}
+
+/// Calls visit(window) for windows of a size that bands read at a time.
+template <class Visit>
+io::Result<void> forEachWindow(int width, int height, const Visit& visit) {
+  for (int row = 0; row < height; row += kSide) {
+    for (int col = 0; col < width; col += kSide) {
+      const Window window{0, col, row, std::min(kSide, width - col), std::min(kSide, height - row)};
+      if (io::Result<void> done = visit(window); !done) return done;
+    }
+  }
+  return {};
+}
+
+template <class T>
+void paste(const std::vector<T>& block, const Window& window, Raster<T>& image) {
+  for (int row = 0; row < window.height; ++row) {
+    const T* from = block.data() + static_cast<std::ptrdiff_t>(row) * kSide;
+    std::copy_n(from, window.width, &image.at(window.col, window.row + row));
+  }
+}
+
+io::Result<Raster<Rgba8>> decodeWithGdal(const io::Resource& resource, int width, int height) {
+  const GdalMessages messages;
+  auto dataset = gdalOpenBytes(resource.bytes, width, height);
+  if (!dataset) return tl::unexpected(std::move(dataset.error()));
+  for (int band = 1; band <= (**dataset).GetRasterCount(); ++band) {
+    if ((**dataset).GetRasterBand(band)->GetRasterDataType() != GDT_Byte) {
+      return io::fail(Code::unsupported, "a picture of a server has bytes; ask for PNG or JPEG");
+    }
+  }
+  std::vector<std::string> warnings;
+  auto bands = ColourBands::open(**dataset, {}, std::nullopt, warnings);
+  if (!bands) return tl::unexpected(std::move(bands.error()));
+  Raster<Rgba8> image(width, height);
+  std::vector<Rgba8> block(static_cast<std::size_t>(kSide) * kSide);
+  auto done = forEachWindow(width, height, [&](const Window& window) -> io::Result<void> {
+    if (auto read = bands->read(window, block.data()); !read) return read;
+    paste(block, window, image);
+    return {};
+  });
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return image;
+}
+
+/// value * scale + offset where that is a height that the body can have.
+class HeightScale {
+ public:
+  HeightScale(double scale, double offset_m, const geo::Body& body)
+      : scale_(scale), offset_m_(offset_m), possible_m_(possibleHeights_m(body)) {}
+  float operator()(double stored) const {
+    const double height_m = stored * scale_ + offset_m_;
+    const bool isPossible = height_m >= possible_m_.first && height_m <= possible_m_.second;
+    return isPossible ? static_cast<float>(height_m) : kNoData;
+  }
+
+ private:
+  double scale_;
+  double offset_m_;
+  std::pair<double, double> possible_m_;
+};
+
+template <class T>
+double numberAt(const std::byte* bytes, bool bigEndian) {
+  std::array<std::byte, sizeof(T)> ordered;
+  std::copy_n(bytes, sizeof(T), ordered.begin());
+  if (bigEndian) std::ranges::reverse(ordered);
+  T value;
+  std::memcpy(&value, ordered.data(), sizeof(T));
+  return static_cast<double>(value);
+}
+
+Raster<float> decodeRaw(const io::Resource& resource, int width, int height, const HeightEncoding& encoding,
+                        const HeightScale& scale) {
+  Raster<float> heights(width, height, kNoData);
+  const bool isFloat = resource.bytes.size() == 4 * heights.samples.size();
+  const std::byte* bytes = resource.bytes.data();
+  for (std::size_t i = 0; i < heights.samples.size(); ++i) {
+    const double stored = isFloat ? numberAt<float>(bytes + 4 * i, encoding.bigEndian)
+                                  : numberAt<std::int16_t>(bytes + 2 * i, encoding.bigEndian);
+    if (!encoding.nodata || stored != *encoding.nodata) heights.samples[i] = scale(stored);
+  }
+  return heights;
+}
+
+io::Result<Raster<float>> decodeBand(const io::Resource& resource, int width, int height,
+                                     const HeightEncoding& encoding, const geo::Body& body) {
+  if (isRaw(resource, width, height) && !isTiff(textOf(resource)) && !isPng(textOf(resource))) {
+    return decodeRaw(resource, width, height, encoding, HeightScale(encoding.scale, encoding.offset_m, body));
+  }
+  const GdalMessages messages;
+  auto dataset = gdalOpenBytes(resource.bytes, width, height);
+  if (!dataset) return tl::unexpected(std::move(dataset.error()));
+  GDALRasterBand& band = *(**dataset).GetRasterBand(1);
+  const auto levels = bandLevels(**dataset, {1}, {});
+  if (!levels) return tl::unexpected(levels.error());
+  const BandLevel& full = levels->front();
+  const auto nodata = noDataOf(band, encoding.nodata, {});
+  if (!nodata) return tl::unexpected(nodata.error());
+  const HeightScale scale(encoding.scale * band.GetScale(), encoding.scale * band.GetOffset() + encoding.offset_m,
+                          body);
+  Raster<float> heights(width, height, kNoData);
+  std::vector<double> values(static_cast<std::size_t>(kSide) * kSide);
+  std::vector<std::uint8_t> mask(full.mask != nullptr ? values.size() : 0);
+  auto done = forEachWindow(width, height, [&](const Window& window) -> io::Result<void> {
+    if (auto read = readValues(band, window, values.data(), {}); !read) return read;
+    if (full.mask != nullptr) {
+      if (auto read = readBytes(*full.mask, window, mask.data(), 1, {}); !read) return read;
+    }
+    for (int row = 0; row < window.height; ++row) {
+      for (int col = 0; col < window.width; ++col) {
+        const auto i = static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(col);
+        if ((full.mask != nullptr && mask[i] == 0) || (*nodata && (*nodata)->matches(values[i]))) continue;
+        heights.at(window.col + col, window.row + row) = scale(values[i]);
+      }
+    }
+    return {};
+  });
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return heights;
+}
+
+/// Metres that the 24-bit number of a colour stands for: number * scale + offset.
+HeightScale scaleOf(HeightEncoding::Kind kind, const geo::Body& body) {
+  switch (kind) {
+    case HeightEncoding::Kind::terrarium:
+      return {1.0 / 256.0, -32768.0, body};
+    case HeightEncoding::Kind::mapboxRgb:
+      return {0.1, -10000.0, body};
+    case HeightEncoding::Kind::centimetreRgb:
+      return {1.0 / 1600.0, -1000.0, body};
+    case HeightEncoding::Kind::band:
+      break;
+  }
+  return {1.0, 0.0, body};
+}
+
+io::Failure notAnImage(const io::Resource& resource) {
+  std::string start(textOf(resource).substr(0, 60));
+  std::ranges::replace_if(start, [](char c) { return c < ' ' || c > '~'; }, '.');
+  return {Code::corrupt,
+          fmt::format("no image came but {} bytes of {}: \"{}\"", resource.bytes.size(),
+                      resource.contentType.empty() ? "an unstated type" : resource.contentType, start),
+          {}};
+}
+
+io::Result<bool> checkSize(int foundWidth, int foundHeight, int width, int height) {
+  if (foundWidth == width && foundHeight == height) return true;
+  return io::fail(Code::corrupt, fmt::format("the image has {} x {} pixels where {} x {} were expected", foundWidth,
+                                             foundHeight, width, height));
+}
+
+/// Servers and proxies that cut an image short leave out its end mark; a little may follow it.
+bool hasEndMark(std::string_view bytes) {
+  constexpr std::size_t kTail = 1024;
+  const std::string_view tail = bytes.substr(bytes.size() - std::min(kTail, bytes.size()));
+  if (isJpeg(bytes)) return tail.find("\xff\xd9") != std::string_view::npos;
+  if (isPng(bytes)) return tail.find("IEND") != std::string_view::npos;
+  if (isWebp(bytes)) {
+    const auto byteAt = [&](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(bytes[i])); };
+    return bytes.size() >= 8 + byteAt(4) + (byteAt(5) << 8u) + (byteAt(6) << 16u) + (byteAt(7) << 24u);
+  }
+  return true;
+}
+
+}  // namespace
+
+io::Result<Raster<Rgba8>> decodeServiceImage(const io::Resource& resource, int width, int height,
+                                             const std::optional<Rgba8>& transparent) {
+  const std::string_view bytes = textOf(resource);
+  auto image = isGif(bytes) || isTiff(bytes) ? decodeWithGdal(resource, width, height)
+                                             : decodeImage(resource.bytes, width, height);
+  if (image && transparent) {
+    for (Rgba8& p : image->samples) {
+      if (p.r == transparent->r && p.g == transparent->g && p.b == transparent->b) p = {};
+    }
+  }
+  return image;
+}
+
+io::Result<Raster<float>> decodeServiceHeights(const io::Resource& resource, int width, int height,
+                                               const HeightEncoding& encoding, const geo::Body& body) {
+  if (encoding.kind == HeightEncoding::Kind::band) return decodeBand(resource, width, height, encoding, body);
+  if (isJpeg(textOf(resource))) {
+    return io::fail(Code::unsupported, "heights in colours do not survive JPEG; ask for PNG or WebP");
+  }
+  auto image = decodeServiceImage(resource, width, height, std::nullopt);
+  if (!image) return tl::unexpected(std::move(image.error()));
+  const HeightScale scale = scaleOf(encoding.kind, body);
+  Raster<float> heights(width, height, kNoData);
+  for (std::size_t i = 0; i < heights.samples.size(); ++i) {
+    const Rgba8& p = image->samples[i];
+    const double number = p.r * 65536.0 + p.g * 256.0 + p.b;
+    if (p.a != 0 && number != encoding.nodata) heights.samples[i] = scale(number);
+  }
+  return heights;
+}
+
+io::Result<bool> checkServiceImage(const io::Resource& resource, int width, int height, Kind kind,
+                                   const HeightEncoding& encoding) {
+  const std::string_view bytes = textOf(resource);
+  if (isJpeg(bytes) || isPng(bytes) || isWebp(bytes)) {
+    const auto header = readImageHeader(resource.bytes);
+    if (!header) return tl::unexpected(header.error());
+    if (!hasEndMark(bytes)) return io::fail(Code::corrupt, "the image ends early");
+    return checkSize(header->width, header->height, width, height);
+  }
+  if (isGif(bytes) && bytes.size() >= 10) {
+    const auto number = [&](std::size_t i) {
+      return static_cast<unsigned char>(bytes[i]) + 256 * static_cast<unsigned char>(bytes[i + 1]);
+    };
+    return checkSize(number(6), number(8), width, height);
+  }
+  if (isTiff(bytes)) return true;
+  if (kind == Kind::elevation && encoding.kind == HeightEncoding::Kind::band && isRaw(resource, width, height)) {
+    return true;
+  }
+  return tl::unexpected(notAnImage(resource));
+}
+
+}  // namespace tellurion::raster
