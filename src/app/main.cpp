@@ -1,34 +1,17 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <numeric>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "app/subcommands.h"
+#include "raster/near_names.h"
 
 namespace {
 constexpr int kSuccess = 0;
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
-
-/// How many letters to add, take away or exchange to make one word of the other.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t corner = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t exchanged = corner + (a[i] == b[j] ? 0u : 1u);
-      corner = row[j + 1];
-      row[j + 1] = std::min({exchanged, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 /// CLI11 would only say that a subcommand is required.
 std::string subcommandProblem(const CLI::App& program, std::string_view word) {
@@ -40,7 +23,7 @@ std::string subcommandProblem(const CLI::App& program, std::string_view word) {
     const std::string& name = command->get_name();
     if (name == word) return {};
     names += (names.empty() ? "" : ", ") + name;
-    if (const std::size_t d = distance(word, name); d < least && d < name.size()) {
+    if (const std::size_t d = tellurion::raster::editDistance(word, name); d < least && d < name.size()) {
       least = d;
       nearest = name;
     }
@@ -65,6 +48,7 @@ int main(int argc, char** argv) {
   tellurion::app::addFly(program);
   tellurion::app::addBench(program);
   tellurion::app::addView(program);
+  tellurion::app::addSources(program);
   try {
     const std::string_view first = argc > 1 ? argv[1] : "";
     if (const std::string problem = subcommandProblem(program, first);

@@ -14,5 +14,6 @@ void addRender(CLI::App& program);
 void addFly(CLI::App& program);
 void addBench(CLI::App& program);
 void addView(CLI::App& program);
+void addSources(CLI::App& program);
 
 }  // namespace tellurion::app

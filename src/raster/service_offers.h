@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "raster/service.h"
+
+namespace tellurion::raster {
+
+/// A layer that a server has, whatever the protocol.
+struct LayerOffer {
+  std::string name;  ///< as `layer` of an entry takes it; empty: a heading over those below it, or the only layer
+  std::string title;
+  std::string abstract;
+  int depth = 0;
+  Kind kind = Kind::imagery;     ///< what the server says it is; most do not say
+  std::vector<std::string> crs;  ///< names as referenceName() writes them, those that we prefer first, at most 64
+  std::size_t crsCount = 0;      ///< of all
+  std::vector<std::string> formats;
+  std::vector<std::string> styles;
+  std::vector<std::string> matrixSets;
+  std::string times;                                 ///< for people; empty: no time
+  std::string defaultTime;                           ///< empty: none is stated
+  std::optional<std::array<double, 4>> box_degrees;  ///< west, south, east, north
+  std::string attribution;
+  ServiceLayer entry;  ///< opens it
+};
+
+struct ServiceOffers {
+  std::string type;  ///< wms, wmts, tms, xyz, worldwind
+  std::string version;
+  std::string title;
+  std::string abstract;
+  std::vector<LayerOffer> layers;
+};
+
+/// What is at `entry.source`. Of the entry only source, type and version count. Waits for the network.
+io::Result<ServiceOffers> listService(const ServiceLayer& entry, io::Resources& resources);
+
+}  // namespace tellurion::raster
