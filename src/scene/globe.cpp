@@ -206,7 +206,7 @@ Globe::~Globe() = default;
 
 io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOptions& options,
                                                const BuildSink& progress, const std::stop_token& stop) {
-  auto layers = openLayers(scene, progress, stop);
+  auto layers = openLayers(scene, progress, stop, options.online, options.cpuCacheBytes / 2);
   if (!layers) return tl::unexpected(std::move(layers.error()));
   return fromLayers(scene, std::move(*layers), options);
 }
@@ -274,9 +274,12 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
 }
 
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
-  const State& s = *state_;
+  State& s = *state_;
+  const auto now = Clock::now();
+  const bool isOverdue = s.next && s.next->rootsAreDrawable() && now - s.pendingSince >= kLongestPending;
+  if (isOverdue || s.roster->isDue(now)) return true;
   const bool isComing = !s.shown->loading.isIdle() || (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
-  return isComing && state_->bell.wait(timeout);
+  return isComing && s.bell.wait(timeout);
 }
 
 std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {

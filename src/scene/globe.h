@@ -23,6 +23,8 @@ struct GlobeOptions {
   bool regularMesh = false;  ///< every sample of a tile is a vertex: the mode that meshes are compared with
   std::uint64_t cpuCacheBytes = std::uint64_t{256}
                                 << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
+  /// How layers of servers are fetched (Globe::open); no cache file: online.db in the cache folder.
+  io::ResourceOptions online = {};
 };
 
 /// Told while rasters of a scene are built into tile databases: what is being built, and how much of it is done (0..1).
@@ -67,8 +69,8 @@ class Globe {
   /// loaded is drawn.
   const Frame& update(const View& view, const CutOptions& options = {}, const Residency* gpu = nullptr);
 
-  /// Sleeps until something that was asked for has arrived since the last update, at most for `timeout`. False: nothing
-  /// has, or nothing is on its way; then it returns at once.
+  /// Sleeps until something that was asked for has arrived since the last update, or it is time for another for other
+  /// reasons, at most for `timeout`. False: no need, or nothing is on its way; then it returns at once.
   bool waitForArrivals(std::chrono::milliseconds timeout);
 
   /// Height in metres above the ellipsoid, exaggerated as drawn, of the finest loaded ground there, bilinear between

@@ -196,6 +196,14 @@ bool LayerRoster::advance(Clock::time_point now) {
   return changed;
 }
 
+bool LayerRoster::isDue(Clock::time_point now) const {
+  const auto isDueNow = [&](const auto& entry) {
+    return entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt;
+  };
+  return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
+         std::any_of(imagery_.begin(), imagery_.end(), isDueNow);
+}
+
 ContentMaker LayerRoster::maker(bool regularMesh) {
   std::vector<std::shared_ptr<LayerTiles>> ground;
   std::vector<ColourLayers::Layer> colours;

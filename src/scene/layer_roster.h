@@ -33,6 +33,8 @@ class LayerRoster {
   /// Takes in what has been opened or has come, and opens again what failed. True: more layers may take part than
   /// maker() was told the last time.
   bool advance(Clock::time_point now);
+  /// A source that failed is to be opened again: advance() has something to do.
+  bool isDue(Clock::time_point now) const;
   /// What makes contents of all layers that may take part now; the others are left out.
   ContentMaker maker(bool regularMesh);
   /// Roots of what maker() told have been made, so their data may go.
