@@ -5,8 +5,8 @@
 #include <unordered_map>
 
 #include "pyramid/sample_views.h"
-#include "raster/tile_places.h"
 #include "raster/bilinear.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::pyramid {
 namespace {

@@ -4,8 +4,8 @@
 #include "pyramid/geometric_error.h"
 #include "pyramid/sample_views.h"
 #include "pyramid/tile_maker.h"
-#include "raster/tile_places.h"
 #include "raster/codec.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -159,7 +159,8 @@ io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
 
 io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
                                               Raster<float>& samples) {
-  const raster::OpenPlaces open = openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
+  const raster::OpenPlaces open =
+      openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
   if (open.indices.empty()) return {};
   std::vector<float> heights(open.indices.size(), kNoData);
   if (base_ != nullptr) {

@@ -1,9 +1,9 @@
 #include <algorithm>
 
 #include "pyramid/tile_maker.h"
-#include "raster/tile_places.h"
 #include "raster/codec.h"
 #include "raster/reduce.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -101,7 +101,8 @@ io::Result<std::vector<std::byte>> payloadOf(const Raster<Rgba8>& pixels) {
 
 io::Result<void> TileMaker::sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                               Raster<Rgba8>& pixels) {
-  const raster::OpenPlaces open = openPlaces(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
+  const raster::OpenPlaces open =
+      openPlaces(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
   if (open.indices.empty()) return {};
   std::vector<Rgba8> colours(open.indices.size());
   if (base_ != nullptr) {

@@ -58,8 +58,8 @@ class MemoryDataset {
   std::string name_;
 };
 
-/// Opens a TIFF, PNG or GIF that lies in memory, which must outlive the result; nothing beside it is looked for. It must
-/// have the size that is stated. Ends under a GdalMessages as other datasets do.
+/// Opens a TIFF, PNG or GIF that lies in memory, which must outlive the result; nothing beside it is looked for. It
+/// must have the size that is stated. Ends under a GdalMessages as other datasets do.
 io::Result<MemoryDataset> gdalOpenBytes(std::span<const std::byte> bytes, int width, int height);
 
 /// The names of all files that a raster is read from, side files included, as GDAL lists them; sorted.

@@ -56,10 +56,10 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
   /// Without the lock: Resources may call back at once, on its own thread.
   void ask(const std::vector<GridImageId>& ids) {
     for (const GridImageId& id : ids) {
-      auto ticket = fetch->resources_->get(fetch->request_(id), priorityNow(),
-                                           [weak = weak_from_this(), id](Arrival arrival) {
-                                             if (const auto batch = weak.lock()) batch->take(id, std::move(arrival));
-                                           });
+      auto ticket =
+          fetch->resources_->get(fetch->request_(id), priorityNow(), [weak = weak_from_this(), id](Arrival arrival) {
+            if (const auto batch = weak.lock()) batch->take(id, std::move(arrival));
+          });
       const std::scoped_lock lock(mutex);
       if (closed) return;
       tickets.push_back(std::move(ticket));

@@ -12,8 +12,8 @@
 
 namespace tellurion::raster {
 
-/// The images of a grid on their way from io::Resources, not decoded. Where a server has none, those of the coarser level
-/// under it are fetched in its place. Thread-safe.
+/// The images of a grid on their way from io::Resources, not decoded. Where a server has none, those of the coarser
+/// level under it are fetched in its place. Thread-safe.
 class GridFetch : public std::enable_shared_from_this<GridFetch> {
  public:
   /// What has come: bytes, null (there is none), or why none can come.
@@ -22,14 +22,15 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
   using Decoded = std::function<std::optional<bool>(const GridImageId&)>;
   using MakeRequest = std::function<io::ResourceRequest(const GridImageId&)>;
 
-  GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest request,
-            std::shared_ptr<io::Resources> resources, Decoded decoded);
+  GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest request, std::shared_ptr<io::Resources> resources,
+            Decoded decoded);
 
-  /// Asks for images and for what stands in for missing ones. `ready` is called once, as TileSource::prepare has it, when
-  /// all have come. The result holds what has come, for arrived(). Null: all is at hand decoded, or in other preparations
-  /// (which hold it no longer than they live).
+  /// Asks for images and for what stands in for missing ones. `ready` is called once, as TileSource::prepare has it,
+  /// when all have come. The result holds what has come, for arrived(). Null: all is at hand decoded, or in other
+  /// preparations (which hold it no longer than they live).
   std::unique_ptr<Preparation> fetch(const std::vector<GridImageId>& ids, double priority, std::function<void()> ready);
-  /// The same, waited for; the result holds it. Null: nothing to hold. Fails when the server is in trouble for too long.
+  /// The same, waited for; the result holds it. Null: nothing to hold. Fails when the server is in trouble for too
+  /// long.
   io::Result<std::unique_ptr<Preparation>> fetchAndWait(const std::vector<GridImageId>& ids);
 
   /// What some preparation holds.

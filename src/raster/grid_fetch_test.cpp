@@ -27,7 +27,13 @@ TEST(SharedCache, KeepsTheLatestWithinItsBudget) {
   Cache cache(10'000);
   int made = 0;
   const auto get = [&](int key) {
-    return cache.get(key, [&] { ++made; return io::Result<Cache::Pointer>(boxed(key)); }, thousandBytes);
+    return cache.get(
+        key,
+        [&] {
+          ++made;
+          return io::Result<Cache::Pointer>(boxed(key));
+        },
+        thousandBytes);
   };
   for (int key = 0; key < 50; ++key) {
     EXPECT_EQ(**get(key), key);
@@ -50,7 +56,11 @@ TEST(SharedCache, FailuresAreNotKeptAndNullsAre) {
   EXPECT_FALSE(cache.get(1, failing, thousandBytes));
   EXPECT_FALSE(cache.get(1, failing, thousandBytes));
   EXPECT_EQ(made, 2);
-  EXPECT_EQ(cache.get(2, [] { return io::Result<Cache::Pointer>(nullptr); }, thousandBytes).value(), nullptr);
+  EXPECT_EQ(cache
+                .get(
+                    2, [] { return io::Result<Cache::Pointer>(nullptr); }, thousandBytes)
+                .value(),
+            nullptr);
   ASSERT_TRUE(cache.find(2));
   EXPECT_EQ(*cache.find(2), nullptr);
 }

@@ -44,8 +44,10 @@ inline double largestDifference(const Rgba8& p, const std::array<double, 3>& col
 /// The inverse of a plane, one point at a time.
 class PlaneInverse {
  public:
-  PlaneInverse(const MapPlane& plane, const geo::Body& body) : plane_(plane), radius_m_(body.ellipsoid.semiMajorAxis_m()) {
-    if (plane.kind == MapPlane::Kind::other) projection_ = Projection::fromWgs84(plane.definition, std::nullopt).value();
+  PlaneInverse(const MapPlane& plane, const geo::Body& body)
+      : plane_(plane), radius_m_(body.ellipsoid.semiMajorAxis_m()) {
+    if (plane.kind == MapPlane::Kind::other)
+      projection_ = Projection::fromWgs84(plane.definition, std::nullopt).value();
   }
   std::optional<geo::Direction> operator()(double x, double y) const {
     switch (plane_.kind) {
@@ -126,8 +128,8 @@ inline void writeImages(GridService& service, const ScratchFolder& folder,
           const double y = l.top - (static_cast<double>(id.row * l.imageHeight + row) + 0.5) * l.pixelHeight;
           const auto place = inverse(x, y);
           if (!place) continue;
-          image.at(col, row) = service.kind == Kind::imagery ? pixelOf(smoothColour(*place))
-                                                             : terrariumOf(smoothHeight_m(*place));
+          image.at(col, row) =
+              service.kind == Kind::imagery ? pixelOf(smoothColour(*place)) : terrariumOf(smoothHeight_m(*place));
         }
       }
       const auto bytes = encodeImage(image, ImageFormat::png, 100).value();

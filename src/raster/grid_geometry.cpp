@@ -59,10 +59,10 @@ double mercatorY(double sine) {
 
 io::Result<void> checkLevel(const GridLevel& l, const std::string& name) {
   const bool sound = isPositive(l.pixelWidth) && isPositive(l.pixelHeight) && std::isfinite(l.left) &&
-                     std::isfinite(l.top) && l.imageWidth >= 1 && l.imageHeight >= 1 &&
-                     l.imageWidth <= kMaxImageSide && l.imageHeight <= kMaxImageSide && l.firstColumn >= 0 &&
-                     l.firstRow >= 0 && l.firstColumn < l.endColumn && l.firstRow < l.endRow &&
-                     l.endColumn <= l.columns && l.endRow <= l.rows;
+                     std::isfinite(l.top) && l.imageWidth >= 1 && l.imageHeight >= 1 && l.imageWidth <= kMaxImageSide &&
+                     l.imageHeight <= kMaxImageSide && l.firstColumn >= 0 && l.firstRow >= 0 &&
+                     l.firstColumn < l.endColumn && l.firstRow < l.endRow && l.endColumn <= l.columns &&
+                     l.endRow <= l.rows;
   if (sound) return {};
   return io::fail(Code::corrupt,
                   fmt::format("a level of {} x {} images of {} x {} pixels makes no sense; each side of an image has 1 "
@@ -165,29 +165,29 @@ io::Result<void> GridGeometry::measureOther() {
   const GridWindow& w = windows_.front();
   const GridLevel& l = levels_.front();
   const double step = std::min(l.pixelWidth, l.pixelHeight);
-  auto done = projections_.with([this] { return projection(); },
-                                [&](const Projection& projection) -> io::Result<void> {
-                                  for (int i = 0; i < kPlaces * kPlaces; ++i) {
-                                    const double right = (i % kPlaces + 0.5) / kPlaces * w.topology.width;
-                                    const double down = (i / kPlaces + 0.5) / kPlaces * w.topology.height;
-                                    const double px = w.left + right * l.pixelWidth;
-                                    const double py = w.top - down * l.pixelHeight;
-                                    std::array x{px, px + step, px};
-                                    std::array y{py, py, py + step};
-                                    projection.inverse(x, y);
-                                    std::array<geo::Direction, 3> d;
-                                    bool finite = true;
-                                    for (std::size_t k = 0; k < d.size(); ++k) {
-                                      finite = finite && std::isfinite(x[k]) && std::abs(y[k]) <= 90.0;
-                                      d[k] = geo::directionFromDegrees(y[k], x[k]);
-                                    }
-                                    if (!finite) continue;
-                                    const double side =
-                                        std::min(geo::angleBetween(d[0], d[1]), geo::angleBetween(d[0], d[2])).radians();
-                                    radiansPerUnit_ = std::max(radiansPerUnit_, side / step);
-                                  }
-                                  return {};
-                                });
+  auto done = projections_.with(
+      [this] { return projection(); },
+      [&](const Projection& projection) -> io::Result<void> {
+        for (int i = 0; i < kPlaces * kPlaces; ++i) {
+          const double right = (i % kPlaces + 0.5) / kPlaces * w.topology.width;
+          const double down = (i / kPlaces + 0.5) / kPlaces * w.topology.height;
+          const double px = w.left + right * l.pixelWidth;
+          const double py = w.top - down * l.pixelHeight;
+          std::array x{px, px + step, px};
+          std::array y{py, py, py + step};
+          projection.inverse(x, y);
+          std::array<geo::Direction, 3> d;
+          bool finite = true;
+          for (std::size_t k = 0; k < d.size(); ++k) {
+            finite = finite && std::isfinite(x[k]) && std::abs(y[k]) <= 90.0;
+            d[k] = geo::directionFromDegrees(y[k], x[k]);
+          }
+          if (!finite) continue;
+          const double side = std::min(geo::angleBetween(d[0], d[1]), geo::angleBetween(d[0], d[2])).radians();
+          radiansPerUnit_ = std::max(radiansPerUnit_, side / step);
+        }
+        return {};
+      });
   if (done && !isPositive(radiansPerUnit_)) {
     return io::fail(Code::unsupported, "none of its images has a place on the body; is its reference right?");
   }
@@ -363,8 +363,7 @@ std::vector<GridImageId> GridGeometry::imagesUnder(const GridImageId& id) const 
 
 geo::Angle sampleSpacing(const tiling::Tiling& tiling, int level, int cells) {
   const tiling::LevelMetrics metrics = tiling.metrics(level);
-  const geo::Angle side =
-      tiling.scheme() == tiling::Scheme::geographic ? metrics.largestEdge : metrics.meanEdge * 1.1;
+  const geo::Angle side = tiling.scheme() == tiling::Scheme::geographic ? metrics.largestEdge : metrics.meanEdge * 1.1;
   return side / cells;
 }
 

@@ -45,13 +45,13 @@ struct GridFit {
   bool isMean = false;  ///< of the pixels in that square; else bilinear between four
 };
 
-/// Where the images of a GridService lie, and which of them a tile is made of. A level, and with it a sample, depends on
-/// the place and on the level of the tile alone, so neighbours agree. Thread-safe.
+/// Where the images of a GridService lie, and which of them a tile is made of. A level, and with it a sample, depends
+/// on the place and on the level of the tile alone, so neighbours agree. Thread-safe.
 ///
-/// Two grids are not read to the letter, so that no tile needs more than some hundred images. Near the poles of a map of
-/// longitude and latitude pixels are ever narrower: where more than 16 of them are in a sample, a coarser level is read.
-/// And samples more than 8 times larger than the coarsest pixels
-/// there are have no data, unless that level has but few images.
+/// Two grids are not read to the letter, so that no tile needs more than some hundred images. Near the poles of a map
+/// of longitude and latitude pixels are ever narrower: where more than 16 of them are in a sample, a coarser level is
+/// read. And samples more than 8 times larger than the coarsest pixels there are have no data, unless that level has
+/// but few images.
 class GridGeometry {
  public:
   /// Fails on sizes that make no sense, and on a reference that PROJ does not know. Levels of more than 2^30 pixels a
@@ -75,7 +75,8 @@ class GridGeometry {
   /// The larger side of a pixel, as an angle.
   geo::Angle pixelSide(int level, double narrowing) const;
 
-  /// Pixel coordinates in the window of a level, rounded to 2^-20 pixel: whole pixels may be added to them without loss.
+  /// Pixel coordinates in the window of a level, rounded to 2^-20 pixel: whole pixels may be added to them without
+  /// loss.
   struct Pixel {
     double col;
     double row;
@@ -100,15 +101,15 @@ class GridGeometry {
   geo::Body body_;
   geo::GeoRect bounds_;
   double turn_ = 0.0;
-  double radiansPerUnit_ = 0.0;  ///< along a meridian; of Mercator on the equator
+  double radiansPerUnit_ = 0.0;                                  ///< along a meridian; of Mercator on the equator
   double south_ = 0.0, north_ = 0.0, west_ = 0.0, width_ = 0.0;  ///< the bounds, in units of the plane
   std::vector<GridLevel> levels_;
   std::vector<GridWindow> windows_;
   mutable Pool<Projection> projections_;
 };
 
-/// The distance between the samples of a tile, on the unit sphere, that decides how fine a grid is read for them. A tenth
-/// more than the mean one, so that a grid of 90 degrees an image fits a face of a cube.
+/// The distance between the samples of a tile, on the unit sphere, that decides how fine a grid is read for them. A
+/// tenth more than the mean one, so that a grid of 90 degrees an image fits a face of a cube.
 geo::Angle sampleSpacing(const tiling::Tiling& tiling, int level, int cells);
 
 }  // namespace tellurion::raster

@@ -111,7 +111,7 @@ class LatticeFiller {
     const auto between = [&](int column, int row) {
       const double s = right > left ? static_cast<double>(column - left) / (right - left) : 0.0;
       const double t = bottom > top ? static_cast<double>(row - top) / (bottom - top) : 0.0;
-      const auto mix = [&](double Point::* v) {
+      const auto mix = [&](double Point::*v) {
         return (corners[0].*v * (1.0 - s) + corners[1].*v * s) * (1.0 - t) +
                (corners[2].*v * (1.0 - s) + corners[3].*v * s) * t;
       };
@@ -220,8 +220,8 @@ class ImageCollector {
     const auto index = [](double pixel, int side, int count) {
       return static_cast<int>(std::clamp(std::floor(pixel / side), 0.0, count - 1.0));
     };
-    for (int row = index(top, l.imageHeight, window.imageRows);
-         row <= index(bottom, l.imageHeight, window.imageRows); ++row) {
+    for (int row = index(top, l.imageHeight, window.imageRows); row <= index(bottom, l.imageHeight, window.imageRows);
+         ++row) {
       for (int column = index(left, l.imageWidth, window.imageColumns);
            column <= index(right, l.imageWidth, window.imageColumns); ++column) {
         const GridImageId id = geometry_.imageAt(level, column, row);
@@ -254,8 +254,8 @@ TilePlaces tilePlaces(const GridGeometry& geometry, const tiling::Tiling& tiling
   return places;
 }
 
-std::vector<GridImageId> imagesFor(const GridGeometry& geometry, const tiling::Tiling& tiling,
-                                   const tiling::TileId& id, Kind kind, int cells) {
+std::vector<GridImageId> imagesFor(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id,
+                                   Kind kind, int cells) {
   constexpr int kNodes = kImageLattice + 1;
   const int side = sideOf(kind, cells);
   const geo::Angle spacing = sampleSpacing(tiling, id.level, cells);

@@ -21,7 +21,7 @@ TilePlaces tilePlaces(const GridGeometry& geometry, const tiling::Tiling& tiling
 
 /// The images that a tile is made of where all exist, from a lattice of places: a few more, and seldom one too few. The
 /// number is bounded.
-std::vector<GridImageId> imagesFor(const GridGeometry& geometry, const tiling::Tiling& tiling,
-                                   const tiling::TileId& id, Kind kind, int cells);
+std::vector<GridImageId> imagesFor(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id,
+                                   Kind kind, int cells);
 
 }  // namespace tellurion::raster

@@ -34,7 +34,8 @@ TEST(GridPlaces, BetweenTheLatticePlacesAreWithinTheirError) {
           const auto& window = geometry->window(fit.level).topology;
           const auto wanted = geometry->pixel(fit.level, exact.x[0], exact.y[0]);
           const auto got = geometry->pixel(fit.level, places.plane.x[index], places.plane.y[index]);
-          if (!(wanted.col >= 0 && wanted.col <= window.width && wanted.row >= 0 && wanted.row <= window.height)) return;
+          if (!(wanted.col >= 0 && wanted.col <= window.width && wanted.row >= 0 && wanted.row <= window.height))
+            return;
           const double dx = window.ring > 0 ? std::remainder(got.col - wanted.col, window.ring) : got.col - wanted.col;
           worst = std::max({worst, std::abs(dx), std::abs(got.row - wanted.row)});
         });

@@ -13,6 +13,8 @@ namespace {
 
 /// Enough for the blocks that a tile meets.
 constexpr std::size_t kStoreBytes = std::size_t{256} << 20u;
+/// Samples read at a time: their places stay in the processor's cache.
+constexpr std::size_t kBatch = 2048;
 /// How much finer than the parent's samples pixels must be to count.
 constexpr double kFiner = 1.1;
 
@@ -149,6 +151,13 @@ struct Group {
     places.width.push_back(fit.width);
     places.height.push_back(fit.height);
   }
+  void clear() {
+    indices.clear();
+    places.col.clear();
+    places.row.clear();
+    places.width.clear();
+    places.height.clear();
+  }
 };
 
 template <class T>
@@ -187,38 +196,48 @@ class TileSampler {
   /// Reads what is to be read on a level, and leaves what that has not to the next coarser one.
   io::Result<void> readLevel(int level) {
     LevelImages<T> images(geometry_, level, images_);
+    // All images are here before the first block of pixels is put together of them.
+    if (auto held = hold(level, images); !held) return held;
+    PixelStore<T> store({geometry_.window(level).topology}, kStoreBytes, [&](const Window& window, T* block) {
+      images.read(window, block);
+      return io::Result<void>{};
+    });
     Group means;
     Group points;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
       if (levels_[i] != level) continue;
       const double narrowing = places_.plane.narrowing[i];
       const GridFit fit = geometry_.fitOn(level, spacing_, scheme_, narrowing);
-      const GridGeometry::Pixel pixel = geometry_.pixel(level, places_.plane.x[i], places_.plane.y[i]);
-      const auto held = images.hold(pixel.col, pixel.row, fit);
-      if (!held) return tl::unexpected(held.error());
-      if (!*held) {
-        --levels_[i];
-        continue;
-      }
-      (fit.isMean ? means : points).add(i, pixel, fit);
+      Group& group = fit.isMean ? means : points;
+      group.add(i, geometry_.pixel(level, places_.plane.x[i], places_.plane.y[i]), fit);
+      if (group.indices.size() >= kBatch) readGroup(store, group, fit.isMean);
       const bool isFiner = geometry_.pixelSide(level, narrowing).radians() * kFiner < 2.0 * spacing_.radians();
       made_.addsDetail = made_.addsDetail || (isFiner && isInside(i));
     }
-    if (means.indices.empty() && points.indices.empty()) return {};
-    PixelStore<T> store({geometry_.window(level).topology}, kStoreBytes, [&](const Window& window, T* block) {
-      images.read(window, block);
-      return io::Result<void>{};
-    });
     readGroup(store, means, true);
     readGroup(store, points, false);
     return {};
   }
 
-  void readGroup(PixelStore<T>& store, const Group& group, bool isMean) {
-    std::vector<T> out(group.indices.size(), emptyOf(T{}));
-    sampleStore(store, isMean, group.places, out);
-    for (std::size_t i = 0; i < out.size(); ++i)
-      made_.samples.samples[group.indices[i]] = out[i];
+  /// Of the samples for a level, those whose images are not all there become samples for the next coarser one.
+  io::Result<void> hold(int level, LevelImages<T>& images) {
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      if (levels_[i] != level) continue;
+      const GridFit fit = geometry_.fitOn(level, spacing_, scheme_, places_.plane.narrowing[i]);
+      const GridGeometry::Pixel pixel = geometry_.pixel(level, places_.plane.x[i], places_.plane.y[i]);
+      const auto held = images.hold(pixel.col, pixel.row, fit);
+      if (!held) return tl::unexpected(held.error());
+      if (!*held) --levels_[i];
+    }
+    return {};
+  }
+
+  void readGroup(PixelStore<T>& store, Group& group, bool isMean) {
+    out_.assign(group.indices.size(), emptyOf(T{}));
+    sampleStore(store, isMean, group.places, out_);
+    for (std::size_t i = 0; i < out_.size(); ++i)
+      made_.samples.samples[group.indices[i]] = out_[i];
+    group.clear();
   }
 
   bool isInside(std::size_t index) const {
@@ -235,6 +254,7 @@ class TileSampler {
   int side_;
   TilePlaces places_;
   std::vector<int> levels_;  ///< of each sample the level that it is to be read on; -1: it has no data
+  std::vector<T> out_;
   GridSamples<T> made_;
 };
 

@@ -14,7 +14,7 @@ using GridImages = std::function<io::Result<std::shared_ptr<const Raster<T>>>(co
 
 template <class T>
 struct GridSamples {
-  Raster<T> samples;       ///< of a tile, gutter included; kNoData or coverage 0 where there is no data
+  Raster<T> samples;        ///< of a tile, gutter included; kNoData or coverage 0 where there is no data
   bool addsDetail = false;  ///< some sample inside the gutter is of pixels that are finer than the parent's samples
 };
 

@@ -63,7 +63,8 @@ class GridTileSource final : public TileSource {
         cache_(std::make_shared<ImageCache<T>>(options.memoryBytes)),
         fetch_(std::make_shared<GridFetch>(
             geometry_, [service = service_](const GridImageId& id) { return service->request(id); },
-            std::move(resources), [cache = cache_](const GridImageId& id) -> std::optional<bool> {
+            std::move(resources),
+            [cache = cache_](const GridImageId& id) -> std::optional<bool> {
               const auto found = cache->find(id);
               if (!found) return std::nullopt;
               return *found != nullptr;
@@ -123,7 +124,8 @@ class GridTileSource final : public TileSource {
   }
 
   io::Result<typename ImageCache<T>::Pointer> decoded(const GridImageId& id) const {
-    return cache_->get(id, [&] { return decode(id); }, bytesOf<T>);
+    return cache_->get(
+        id, [&] { return decode(id); }, bytesOf<T>);
   }
 
   io::Result<typename ImageCache<T>::Pointer> decode(const GridImageId& id) const {

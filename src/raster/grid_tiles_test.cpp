@@ -57,7 +57,7 @@ class GridTiles : public ::testing::TestWithParam<tiling::Scheme> {
 
 TEST_P(GridTiles, LonLatIsThePicture) {
   const ScratchFolder folder;
-  auto service = lonLatService(4);
+  auto service = lonLatService(4, 60);
   service.kind = Kind::imagery;
   writeImages(service, folder);
   const auto source = sourceOrDie(service, GetParam());

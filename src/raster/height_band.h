@@ -10,8 +10,8 @@
 
 namespace tellurion::raster {
 
-/// Heights in metres outside these two are voids that nobody marked. Generous: the extremes are -10,935..8,849 m (Earth),
-/// -8,200..21,241 m (Mars), -9,130..10,790 m (Moon).
+/// Heights in metres outside these two are voids that nobody marked. Generous: the extremes are -10,935..8,849 m
+/// (Earth), -8,200..21,241 m (Mars), -9,130..10,790 m (Moon).
 std::pair<double, double> possibleHeights_m(const geo::Body& body);
 
 /// The band of a dataset that holds elevation, as heights in metres. One thread only; borrows the dataset. The rules on

@@ -31,8 +31,8 @@ constexpr int kLeastShare = 16;
 
 /// Files that lie beside rasters and are read with them.
 bool isSideFile(const std::filesystem::path& path) {
-  static constexpr std::array kEndings{".xml", ".ovr", ".msk", ".prj", ".tfw", ".jgw", ".pgw", ".wld",
-                                       ".gfw", ".txt", ".md",  ".hdr", ".tdb", ".toml"};
+  static constexpr std::array kEndings{".xml", ".ovr", ".msk", ".prj", ".tfw", ".jgw", ".pgw",
+                                       ".wld", ".gfw", ".txt", ".md",  ".hdr", ".tdb", ".toml"};
   return std::ranges::find(kEndings, path.extension()) != kEndings.end();
 }
 
@@ -278,13 +278,14 @@ io::Result<ImageCatalogue> openCatalogue(const std::string& source, Kind kind, t
     entries.push_back({raster.path, raster.finestSpacing});
   }
   if (entries.empty()) {
-    return io::fail(Code::notFound,
-                    catalogue.warnings.empty() ? "names no files"
-                                               : "no raster in it can be opened; " + catalogue.warnings.front(),
-                    source);
+    return io::fail(
+        Code::notFound,
+        catalogue.warnings.empty() ? "names no files" : "no raster in it can be opened; " + catalogue.warnings.front(),
+        source);
   }
   catalogue.images = entries.size();
-  catalogue.tiles = std::make_shared<const CatalogueTiles>(std::move(info), std::move(entries), std::move(tree), options);
+  catalogue.tiles =
+      std::make_shared<const CatalogueTiles>(std::move(info), std::move(entries), std::move(tree), options);
   return catalogue;
 }
 

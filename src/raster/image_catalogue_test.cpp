@@ -34,8 +34,10 @@ std::vector<FlatImage> someImages(std::mt19937_64& random, int count) {
     const double west = i < 4 ? geo::uniform(random, -170.0, 100.0) : images[static_cast<std::size_t>(i) - 3].west;
     const double north = i < 4 ? geo::uniform(random, -10.0, 80.0) : images[static_cast<std::size_t>(i) - 3].north;
     const auto byte = [&](int f) { return static_cast<std::uint8_t>((i + 1) * f % 251); };
-    images.push_back({west + geo::uniform(random, 0.0, 0.1) * within, north - geo::uniform(random, 0.0, 0.1) * within,
-                      side, {byte(7), byte(31), byte(101), 255}});
+    images.push_back({west + geo::uniform(random, 0.0, 0.1) * within,
+                      north - geo::uniform(random, 0.0, 0.1) * within,
+                      side,
+                      {byte(7), byte(31), byte(101), 255}});
   }
   return images;
 }

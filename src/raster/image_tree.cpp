@@ -24,8 +24,7 @@ tiling::Cap withGutter(tiling::Cap cap) {
 
 tiling::Cap capAround(const geo::GeoRect& rect) {
   constexpr int kSteps = 16;
-  const geo::Direction centre =
-      geo::directionFromLatLon((rect.south + rect.north) * 0.5, rect.west + rect.width * 0.5);
+  const geo::Direction centre = geo::directionFromLatLon((rect.south + rect.north) * 0.5, rect.west + rect.width * 0.5);
   Angle radius;
   // The farthest place of a rectangle is on its rim, and between two points of that no farther than half a step.
   for (int i = 0; i <= kSteps; ++i) {

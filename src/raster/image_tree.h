@@ -11,7 +11,7 @@ namespace tellurion::raster {
 /// An image on the surface, as a tree of images needs it.
 struct PlacedImage {
   geo::GeoRect bounds;
-  tiling::Cap cap;      ///< holds the bounds
+  tiling::Cap cap;       ///< holds the bounds
   int deepestLevel = 0;  ///< of tiles that it has detail for
 };
 

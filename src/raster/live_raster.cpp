@@ -17,7 +17,11 @@ constexpr std::size_t kMostIdle = 4;
 class LiveRaster final : public TileSource {
  public:
   LiveRaster(RasterFile file, Kind kind, tiling::Scheme scheme, const LiveOptions& options)
-      : options_(options), tiling_(scheme), spacing_(file.info().finestSpacing), idle_(kMostIdle), map_(std::move(file)) {
+      : options_(options),
+        tiling_(scheme),
+        spacing_(file.info().finestSpacing),
+        idle_(kMostIdle),
+        map_(std::move(file)) {
     const RasterInfo& raster = map_.info();
     info_ = {.name = raster.path,
              .kind = kind,
@@ -44,7 +48,8 @@ class LiveRaster final : public TileSource {
     if (!presence.stored) return std::optional<SourceTile>{};
     return idle_.with([this] { return RasterFile::open(info_.name, info_.kind, options_.raster); },
                       [&](RasterFile& file) {
-                        return info_.kind == Kind::elevation ? heights(file, id, presence) : colours(file, id, presence);
+                        return info_.kind == Kind::elevation ? heights(file, id, presence)
+                                                             : colours(file, id, presence);
                       });
   }
 

@@ -74,8 +74,8 @@ HeightStatistics estimatedOfChild(const HeightStatistics& tile, int levelsBelow)
 
 SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id,
                     const TileSourceInfo& info) {
-  const double spacing_m =
-      tiling::Tiling(info.scheme).metrics(id.level).meanEdge.radians() / info.tileCells * info.body.ellipsoid.semiMajorAxis_m();
+  const double spacing_m = tiling::Tiling(info.scheme).metrics(id.level).meanEdge.radians() / info.tileCells *
+                           info.body.ellipsoid.semiMajorAxis_m();
   const int levelsBelow = childMask != 0 ? std::max(1, info.maxLevel - id.level) : 0;
   SourceTile tile;
   tile.statistics = estimatedStatistics(samples, spacing_m, levelsBelow);

@@ -12,9 +12,9 @@ int usualCells(Kind kind);
 /// The first level whose samples are as fine as `spacing`, within a hundredth.
 int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing);
 
-/// What can be told of a tile from where the data lie and how fine they are: roots are stored; others where there may be
-/// data in them and in all tiles over them, and the parent is too coarse for it. isCoarse(tile): the data are finer than
-/// its samples; then they are for its parent.
+/// What can be told of a tile from where the data lie and how fine they are: roots are stored; others where there may
+/// be data in them and in all tiles over them, and the parent is too coarse for it. isCoarse(tile): the data are finer
+/// than its samples; then they are for its parent.
 TilePresence livePresence(const tiling::TileId& id, const std::function<bool(const tiling::TileId&)>& mayTouch,
                           const std::function<bool(const tiling::TileId&)>& isCoarse);
 
@@ -30,7 +30,8 @@ HeightStatistics estimatedStatistics(const Raster<float>& samples, double spacin
 HeightStatistics estimatedOfChild(const HeightStatistics& tile, int levelsBelow);
 
 /// A finished tile out of its samples, gutter included.
-SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id, const TileSourceInfo& info);
+SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id,
+                    const TileSourceInfo& info);
 /// The corners of the gutter are filled with the nearest pixel.
 SourceTile liveTile(Raster<Rgba8> pixels, std::uint8_t childMask);
 

@@ -187,7 +187,8 @@ HeightScale scaleOf(HeightEncoding::Kind kind, const geo::Body& body) {
 
 io::Failure notAnImage(const io::Resource& resource) {
   std::string start(textOf(resource).substr(0, 60));
-  std::ranges::replace_if(start, [](char c) { return c < ' ' || c > '~'; }, '.');
+  std::ranges::replace_if(
+      start, [](char c) { return c < ' ' || c > '~'; }, '.');
   return {Code::corrupt,
           fmt::format("no image came but {} bytes of {}: \"{}\"", resource.bytes.size(),
                       resource.contentType.empty() ? "an unstated type" : resource.contentType, start),

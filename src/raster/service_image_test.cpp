@@ -32,8 +32,8 @@ io::Resource encoded(const Raster<Rgba8>& image, ImageFormat format = ImageForma
 void copyAs(const char* driver, const std::string& from, const std::string& to) {
   GDALDataset* source = GDALDataset::Open(from.c_str());
   ASSERT_NE(source, nullptr);
-  GDALDataset* copy = GetGDALDriverManager()->GetDriverByName(driver)->CreateCopy(to.c_str(), source, FALSE, nullptr,
-                                                                                  nullptr, nullptr);
+  GDALDataset* copy =
+      GetGDALDriverManager()->GetDriverByName(driver)->CreateCopy(to.c_str(), source, FALSE, nullptr, nullptr, nullptr);
   ASSERT_NE(copy, nullptr) << driver;
   GDALClose(copy);
   GDALClose(source);

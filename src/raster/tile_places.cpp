@@ -6,8 +6,8 @@ int sideOf(Kind kind, int cells) {
   return cells + (kind == Kind::elevation ? 1 : 0) + 2 * kGutter;
 }
 
-std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
-                                      int cells, int column, int row) {
+std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
+                                      int column, int row) {
   const double shift = kind == Kind::elevation ? 1.0 : 0.5;
   const double s = (column - shift) / cells;
   const double t = (row - shift) / cells;

@@ -10,8 +10,8 @@ namespace tellurion::raster {
 
 /// Where sample (column, row) of a tile lies, gutter included (raster/tile.h). Nothing at a corner of the gutter that
 /// no single place owns.
-std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
-                                      int cells, int column, int row);
+std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
+                                      int column, int row);
 
 /// The places of those samples of a tile that are not known yet, row by row.
 struct OpenPlaces {
