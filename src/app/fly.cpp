@@ -151,7 +151,7 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     if (stop.stop_requested())
       return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));
     // A flight is the same on every run or it fails: a frame that is not whole ends it.
-    if (const auto lacking = shortcomings(globe, frame); !lacking.empty())
+    if (const auto lacking = shortcomings(arguments.picture, globe, frame); !lacking.empty())
       return io::fail(io::Failure::Code::ioError, lacking.front(), fmt::format("frame {}", number));
     belowGround.add(number, depthBelowGround_m(globe, view));
     studio.renderer.draw(frame, studio.target);

@@ -33,7 +33,8 @@ Json fieldsOf(const FrameFigures& f) {
           {"gpu_bytes", f.render.gpuBytes},
           {"cpu_cache_bytes", f.scene.cpuCacheBytes},
           {"requests", f.scene.requests},
-          {"failed_requests", f.scene.failedRequests}};
+          {"failed_requests", f.scene.failedRequests},
+          {"layers_coming", f.scene.layersComing}};
 }
 
 io::Result<void> cannotWrite(const std::filesystem::path& path, const std::string& reason) {
@@ -60,7 +61,7 @@ FrameFigures drawMeasured(render::Renderer& renderer, const render::RenderTarget
   return {.frame_ms = frame.statistics.update_ms + drawing.count(),
           .scene = frame.statistics,
           .render = drawn,
-          .complete = frame.complete && frame.statistics.failedRequests == 0};
+          .complete = frame.complete && frame.statistics.failures == 0};
 }
 
 scene::FrameCost costOf(const FrameFigures& figures, double time_s) {

@@ -87,7 +87,7 @@ io::Result<std::vector<std::string>> render(const Arguments& arguments) {
   if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());
   if (const auto written = raster::writePng(arguments.output, render::readColour(studio->target)); !written)
     return tl::unexpected(written.error());
-  return shortcomings(globe, frame);
+  return shortcomings(arguments.picture, globe, frame);
 }
 
 }  // namespace

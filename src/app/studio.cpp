@@ -39,12 +39,6 @@ std::string sizeProblem(const std::string& text) {
              : fmt::format("'{}' is not WIDTHxHEIGHT in pixels, like 1024x768, each 1 to {}", text, kLargestSide);
 }
 
-std::string sceneProblem(const std::string& text) {
-  return text.find("://") == std::string::npos
-             ? ""
-             : fmt::format("'{}': this version reads no online sources; copy the data here and name the files", text);
-}
-
 std::optional<std::array<float, 3>> colourFrom(const std::string& text) {
   std::uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
@@ -131,6 +125,16 @@ scene::CutOptions PictureArguments::cutAtQuality() const {
   return scene::atQuality(cut(), quality);
 }
 
+scene::GlobeOptions PictureArguments::globe() const {
+  scene::GlobeOptions options{.regularMesh = mesh == "regular"};
+  options.online.offline = offline;
+  options.online.cacheBytes = static_cast<std::uint64_t>(onlineCache_MiB) << 20;
+  options.online.warn = [](const io::Failure& failure) {
+    fmt::print(stderr, "tellurion: warning: {}\n", io::describe(failure));
+  };
+  return options;
+}
+
 render::RendererOptions PictureArguments::renderer() const {
   return {.gpuBudgetBytes = static_cast<std::uint64_t>(gpuMemory_MiB * kMebi)};
 }
@@ -140,9 +144,10 @@ scene::Viewport PictureArguments::viewport() const {
 }
 
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace) {
-  command.add_option("SCENE", arguments.scene, "A scene file, a tile database, a raster, or several joined by commas")
-      ->required()
-      ->check(sceneProblem);
+  command
+      .add_option("SCENE", arguments.scene,
+                  "A scene file, a tile database, a raster, several joined by commas, or a map server's URL#LAYER")
+      ->required();
   command.add_option("--size", arguments.size, "WIDTHxHEIGHT of the picture in pixels")
       ->check(sizeProblem)
       ->capture_default_str();
@@ -186,17 +191,27 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
       .add_option("--max-mib", arguments.maxMebibytes,
                   "Likewise with meshes and pictures of the tiles in view of no more mebibytes; else any number")
       ->check(CLI::Range(16, 1000000));
-  command.add_option("--gpu-memory", arguments.gpuMemory_MiB, "MiB for meshes and textures on the GPU; meshes take more where the ground would have "
-                     "holes else")
+  command.add_flag("--offline", arguments.offline,
+                   "Ask no server: layers of servers are drawn from what earlier runs kept on this machine");
+  command
+      .add_option("--cache-mib", arguments.onlineCache_MiB,
+                  "MiB on disk for what servers gave, for later runs; 0 keeps nothing")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
+  command
+      .add_option("--gpu-memory", arguments.gpuMemory_MiB,
+                  "MiB for meshes and textures on the GPU; meshes take more where the ground would have "
+                  "holes else")
       ->check(between(1.0, 65536.0))
       ->capture_default_str();
 }
 
 void addUploadsArgument(CLI::App& command, PictureArguments& arguments) {
   command
-      .add_option("--uploads", arguments.uploads_MiB,
-                  "MiB that a frame may copy to the GPU; the rest waits for the next frames. 0, or with --no-morph: all at "
-                  "once")
+      .add_option(
+          "--uploads", arguments.uploads_MiB,
+          "MiB that a frame may copy to the GPU; the rest waits for the next frames. 0, or with --no-morph: all at "
+          "once")
       ->check(between(0.0, 65536.0))
       ->capture_default_str();
 }
@@ -217,7 +232,7 @@ std::string cameraProblem(const std::string& text) {
 io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
                                                     const std::stop_token& stop) {
   BuildLines lines;
-  auto globe = scene::Globe::open(scene, {.regularMesh = arguments.mesh == "regular"}, std::ref(lines), stop);
+  auto globe = scene::Globe::open(scene, arguments.globe(), std::ref(lines), stop);
   if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
   if (globe) (*globe)->exaggeration() = arguments.exaggeration;
   return globe;
@@ -245,25 +260,34 @@ const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, c
   for (;;) {
     const scene::Frame& frame = globe.update(view, cut);
     const auto before = Clock::now();
-    if (frame.statistics.tilesWanted == 0 || before >= end || stop.stop_requested()) return frame;
+    const bool isAllHere = frame.statistics.tilesWanted == 0 && frame.statistics.layersComing == 0;
+    if (isAllHere || before >= end || stop.stop_requested()) return frame;
     const auto nap = std::min(kNap, std::chrono::ceil<std::chrono::milliseconds>(end - before));
     const bool arrived = globe.waitForArrivals(nap);
     if (!arrived && Clock::now() < before + nap) return globe.update(view, cut);  // nothing is on its way
   }
 }
 
-std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame) {
+std::vector<std::string> shortcomings(const PictureArguments& arguments, const scene::Globe& globe,
+                                      const scene::Frame& frame) {
   std::vector<std::string> lines;
   const scene::FrameStatistics& statistics = frame.statistics;
+  if (statistics.layersComing > 0)
+    lines.push_back(fmt::format("{} layers of servers had not come in time", statistics.layersComing));
   if (statistics.tilesWanted > 0)
     lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
+  for (const io::Failure& trouble : globe.troubles())
+    lines.push_back(io::describe(trouble));
+  const std::size_t missing = statistics.failures;
+  if (missing == 0) return lines;
+  if (arguments.offline)
+    lines.push_back(
+        fmt::format("{} pieces could not be had --offline; run it without once, so that they are kept", missing));
   const auto& failures = globe.failures();
-  for (const io::Failure& failure : failures) {
-    if (lines.size() >= kFailuresTold) break;
-    lines.push_back(io::describe(failure));
-  }
-  if (failures.size() > lines.size())
-    lines.push_back(fmt::format("and {} more failures", failures.size() - lines.size()));
+  const std::size_t told = std::min(failures.size(), kFailuresTold);
+  for (std::size_t i = 0; i < told; ++i)
+    lines.push_back(io::describe(failures[i]));
+  if (missing > told) lines.push_back(fmt::format("and {} more failures", missing - told));
   return lines;
 }
 

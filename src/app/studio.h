@@ -31,10 +31,13 @@ struct PictureArguments {
   std::int64_t maxTriangles = 0;  ///< 0: any number
   int maxMebibytes = 0;           ///< likewise
   double gpuMemory_MiB = 512.0;
+  bool offline = false;      ///< servers are not asked: only what is kept of them on this machine
+  int onlineCache_MiB = 2048;  ///< on disk, of what servers gave; 0: nothing is kept
   double uploads_MiB = 8.0;  ///< copied to the GPU for one frame at most; 0: no limit
 
   scene::CutOptions cut() const;           ///< at quality 1
   scene::CutOptions cutAtQuality() const;  ///< at the quality that was asked for
+  scene::GlobeOptions globe() const;
   render::RendererOptions renderer() const;
   scene::Viewport viewport() const;
   geo::Angle verticalFov() const { return geo::Angle::degrees(fov_degrees); }
@@ -46,7 +49,7 @@ enum class Pace {
 };
 
 /// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
-/// --no-morph, the budgets and --gpu-memory, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
+/// --no-morph, the budgets, --offline, --cache-mib and --gpu-memory, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
 
 /// --uploads, for what draws in real time; pictures that wait for their data copy what they need.
@@ -84,7 +87,8 @@ void warnOfMemory(const char* command, const PictureArguments& arguments, const 
                   const std::string& where = {});
 
 /// What keeps a frame from being what was asked for, a line each; empty when it is.
-std::vector<std::string> shortcomings(const scene::Globe& globe, const scene::Frame& frame);
+std::vector<std::string> shortcomings(const PictureArguments& arguments, const scene::Globe& globe,
+                                      const scene::Frame& frame);
 
 /// Says on stderr how far off the picture is, if a budget did not reach the tolerance; `where` likewise.
 void warnOfBudget(const char* command, const PictureArguments& arguments, const scene::FrameStatistics& frame,

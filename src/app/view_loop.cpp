@@ -253,8 +253,8 @@ io::Result<void> ViewLoop::drawPicture() {
 
 /// Whether nothing more will come: all is there and on the GPU, or a budget is spent, at full quality.
 void ViewLoop::tellComplete(const scene::Frame& frame) {
-  const bool complete =
-      frame.statistics.tilesWanted == 0 && frame.statistics.tilesHeldBack == 0 && figures_.quality == quality_.full;
+  const bool complete = frame.statistics.layersComing == 0 && frame.statistics.tilesWanted == 0 &&
+                        frame.statistics.tilesHeldBack == 0 && figures_.quality == quality_.full;
   if (complete != complete_) window_.setTitle(complete ? title_ : "(loading) " + title_);
   complete_ = complete;
 }
@@ -299,6 +299,8 @@ std::string ViewLoop::statusRight() const {
   if (!complete_ && missing > 0) text = fmt::format("loading {} tiles   ", missing) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
+  if (figures_.scene.layersComing > 0) text = fmt::format("{} layers to come   ", figures_.scene.layersComing) + text;
+  if (const auto troubles = globe_.troubles(); !troubles.empty()) text = io::describe(troubles.front()) + "   " + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
   return text + "   H: help";
 }

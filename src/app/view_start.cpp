@@ -29,12 +29,33 @@ void add(std::optional<geo::GeoRect>& all, const std::optional<geo::GeoRect>& mo
   if (more) all = all ? all->united(*more) : *more;
 }
 
+/// Of a server, what the scene says: it is not asked here.
+std::optional<geo::GeoRect> boundsOf(const raster::ServiceLayer& service) {
+  if (!service.bounds_degrees) return geo::GeoRect::whole();
+  const auto& [west, south, east, north] = *service.bounds_degrees;
+  return geo::GeoRect::fromDegrees(south, west, north, east);
+}
+
+template <class Layer>
+std::optional<geo::GeoRect> boundsOf(const Layer& layer, raster::Kind kind) {
+  switch (layer.from) {
+    case scene::SourceKind::service:
+      return boundsOf(layer.service);
+    case scene::SourceKind::catalogue:
+      return std::nullopt;
+    case scene::SourceKind::file:
+    case scene::SourceKind::live:
+      return boundsOf(layer.source, kind);
+  }
+  return std::nullopt;
+}
+
 std::optional<geo::GeoRect> boundsOf(const scene::Scene& scene) {
   std::optional<geo::GeoRect> all;
   for (const auto& layer : scene.elevation)
-    add(all, boundsOf(layer.source, raster::Kind::elevation));
+    add(all, boundsOf(layer, raster::Kind::elevation));
   for (const auto& layer : scene.imagery)
-    add(all, boundsOf(layer.source, raster::Kind::imagery));
+    add(all, boundsOf(layer, raster::Kind::imagery));
   return all;
 }
 

@@ -46,7 +46,8 @@ std::vector<Figure> statisticsLines(const FrameFigures& f, bool automaticQuality
       {"draw", milliseconds(f.frame_ms - f.scene.update_ms)},
       {"on the GPU", mebibytes(f.render.gpuBytes)},
       {"in the cache", mebibytes(f.scene.cpuCacheBytes)},
-      {"requests", fmt::format("{}", f.scene.requests)},
+      {"requests", fmt::format("{}, {} failed", f.scene.requests, f.scene.failedRequests)},
+      {"layers coming", fmt::format("{}", f.scene.layersComing)},
   };
 }
 

@@ -14,6 +14,9 @@ namespace tellurion::io {
 struct Resources::State {
   explicit State(const ResourceOptions& options) : desk(std::make_shared<ResourceDesk>(options)) {}
   std::shared_ptr<ResourceDesk> desk;
+  std::mutex waitMutex;
+  std::condition_variable waitEnds;
+  bool waitsAreCancelled = false;
 };
 
 // Both outlive the Resources: a ticket may be let go of later.
@@ -45,19 +48,26 @@ Resources::Ticket Resources::get(const ResourceRequest& request, double priority
 }
 
 Result<std::shared_ptr<const Resource>> Resources::wait(const ResourceRequest& request, double timeout_s) {
-  std::mutex mutex;
-  std::condition_variable arrived;
   std::optional<Result<std::shared_ptr<const Resource>>> result;
   // Its destruction waits for a callback that runs, so what that touches lives long enough.
   const Ticket ticket = get(request, std::numeric_limits<double>::max(), [&](auto answer) {
-    const std::scoped_lock lock(mutex);
+    const std::scoped_lock lock(state_->waitMutex);
     result = std::move(answer);
-    arrived.notify_one();
+    state_->waitEnds.notify_all();
   });
-  std::unique_lock lock(mutex);
-  if (arrived.wait_for(lock, std::chrono::duration<double>(timeout_s), [&] { return result.has_value(); }))
-    return *std::move(result);
+  std::unique_lock lock(state_->waitMutex);
+  const bool ended = state_->waitEnds.wait_for(lock, std::chrono::duration<double>(timeout_s),
+                                               [&] { return result.has_value() || state_->waitsAreCancelled; });
+  if (result) return *std::move(result);
+  lock.unlock();
+  if (ended) return fail(Failure::Code::cancelled, "is not waited for any more", request.url);
   return tl::unexpected(state_->desk->timedOut(request, timeout_s));
+}
+
+void Resources::cancelWaits() {
+  const std::scoped_lock lock(state_->waitMutex);
+  state_->waitsAreCancelled = true;
+  state_->waitEnds.notify_all();
 }
 
 ResourceStatistics Resources::statistics() const {

@@ -89,6 +89,8 @@ class Resources {
 
   /// The same, waited for. timeout_s over: a failure that says what the server's trouble is.
   Result<std::shared_ptr<const Resource>> wait(const ResourceRequest& request, double timeout_s);
+  /// Ends all wait(), now and later, with Failure::Code::cancelled: who leaves does not wait for those who wait.
+  void cancelWaits();
 
   ResourceStatistics statistics() const;
   /// What is wrong now, one for each host in trouble: which, why, since when, when it is asked again.

@@ -129,7 +129,7 @@ ComposedColour ColourLayers::compose(const tiling::TileId& id) const {
   std::vector<Part> parts;
   bool own = id.level == 0 && !layers_.empty();
   for (const Layer& layer : layers_) {
-    Part part{.level = layer.tiles->storedLevel(id)};
+    Part part{.level = layer.tiles ? layer.tiles->storedLevel(id) : -1};
     own = own || part.level == id.level;
     parts.push_back(part);
   }
@@ -157,6 +157,22 @@ ComposedColour ColourLayers::compose(const tiling::TileId& id) const {
   }
   out.image = textureFrom(std::move(ground));
   return out;
+}
+
+void ColourLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
+  const std::size_t before = needs.size();
+  bool mayBeOwn = id.level == 0;
+  for (const Layer& layer : layers_) {
+    if (!layer.tiles) continue;
+    if (!layer.tiles->tellsPresence()) {
+      mayBeOwn = mayBeOwn || id.level <= layer.tiles->info().maxLevel;
+      continue;
+    }
+    const int level = layer.tiles->storedLevel(id);
+    mayBeOwn = mayBeOwn || level == id.level;
+    addNeed(*layer.tiles, id, level, needs);
+  }
+  if (!mayBeOwn) needs.resize(before);
 }
 
 }  // namespace tellurion::scene

@@ -21,7 +21,7 @@ struct ComposedColour {
 class ColourLayers {
  public:
   struct Layer {
-    std::shared_ptr<LayerTiles> tiles;
+    std::shared_ptr<LayerTiles> tiles;  ///< null: it does not take part
     double opacity = 1.0;
     bool nightLights = false;
   };
@@ -30,6 +30,8 @@ class ColourLayers {
 
   /// Where a layer has no tile of its own but others do, its nearest ancestor's is enlarged.
   ComposedColour compose(const tiling::TileId& id) const;
+  /// What compose() may load of sources that tell what they store. Never blocks.
+  void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
   int pixels() const { return pixels_; }
   bool empty() const { return layers_.empty(); }
 

@@ -9,7 +9,7 @@ namespace {
 constexpr double kMissingRoot = 1e9;
 constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see select()
 constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
-constexpr double kUnseen = 0.25;      ///< what is not in the picture is less urgent by this
+constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
 /// Bytes that drawing it would copy.
 std::uint64_t copiesOf(const CutNode& node) {
@@ -83,6 +83,7 @@ class Growth {
       if (at(worst.node).firstChild < 0) {
         if (worst.need == kKept && mayMerge(at(worst.node))) continue;
         at(worst.node).kept = worst.need == kKept;
+        cause_ = worst.node;
         refused_ = false;
         if (!split(worst.node, worst.need, false)) {
           if (refused_) costly_.push_back(worst);
@@ -157,13 +158,20 @@ class Growth {
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
 
-  /// The four children are there, or are asked for. Without a history, only those that may be seen have to be.
-  bool areReady(const tiling::TileId& id, const TileChildren& children, std::uint8_t inside, double priority) {
+  /// What better ground in a tile's place adds to the picture: missing detail times area.
+  double urgencyOf(const TileFacts& facts, double need) const {
+    return need * std::max(rules_.sight.share(facts), kLeastShare);
+  }
+
+  /// The four children are there, or are asked for: with one urgency, since the last of them counts. Without a history,
+  /// only those that may be seen have to be. `cause`: whose better ground they are for.
+  bool areReady(const tiling::TileId& id, const TileChildren& children, std::uint8_t inside, const TileFacts& cause,
+                double need) {
     bool ready = true;
     for (int q = 0; q < 4; ++q) {
       const TileFacts& child = *children[static_cast<std::size_t>(q)];
       if (child.drawable || (!past_.isKnown() && !rules_.sight.maySee(child, inside))) continue;
-      want(id.child(q), rules_.sight.inPicture(child) ? priority : kUnseen * priority);
+      want(id.child(q), urgencyOf(cause, need));
       ready = false;
     }
     return ready;
@@ -179,7 +187,8 @@ class Growth {
       rules_.sight.measure(child);
       if (child.need <= 1.0 || child.id.level >= tiling::kMaxLevel) continue;
       const TileChildren below = rules_.tree.children(child.id, *child.facts);
-      if (areReady(child.id, below, 0, std::min(child.need, priority))) prefetchBelow(child.id, below, priority);
+      if (areReady(child.id, below, 0, *child.facts, std::min(child.need, priority)))
+        prefetchBelow(child.id, below, priority);
     }
   }
 
@@ -205,7 +214,7 @@ class Growth {
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
     const TileChildren children = rules_.tree.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
-    if (!areReady(id, children, at(node).inside, priority)) return false;
+    if (!areReady(id, children, at(node).inside, *at(cause_).facts, priority)) return false;
     const std::size_t nodes = forest_.nodes.size();
     const bool balanced = splitCoarserAround(node, priority, atAnyCost);
     // What lies around it may have taken the rest.
@@ -282,6 +291,7 @@ class Growth {
     copying
   } stage_ = Stage::whole;  ///< whatever it costs; else see growWithinCopies
   bool refused_ = false;    ///< a split, for its copies
+  int cause_ = -1;          ///< the leaf that is being split, and all that touches it for its sake
 };
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/screen_share.h"
+
 namespace tellurion::scene {
 namespace {
 
@@ -27,7 +29,7 @@ bool isHidden(const TileFacts& facts, const geo::Horizon& horizon) {
 
 CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
                    bool looksAhead)
-    : eye_(view.eye),
+    : view_(view),
       picture_(view),
       frustum_(view, looksAhead ? options.margin : 0.0),
       horizon_(ellipsoid.horizon(looksAhead ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
@@ -41,8 +43,8 @@ bool CutSight::maySee(const TileFacts& facts, std::uint8_t parents) const {
   return planesAround(frustum_, facts, parents) && !isHidden(facts, horizon_);
 }
 
-bool CutSight::inPicture(const TileFacts& facts) const {
-  return planesAround(picture_, facts, 0).has_value();
+double CutSight::share(const TileFacts& facts) const {
+  return screenShare(facts.drawable ? facts.tightBox : facts.box, view_);
 }
 
 CutSight::Found CutSight::look(CutNode& node, const CutNode* parent) const {

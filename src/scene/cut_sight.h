@@ -25,13 +25,13 @@ class CutSight {
 
   /// `parents`: planes that all of its parent lies within, see ViewFrustum.
   bool maySee(const TileFacts& facts, std::uint8_t parents) const;
-  /// In the picture itself, whatever hides it.
-  bool inPicture(const TileFacts& facts) const;
-  double distance_m(const OrientedBox& box) const { return box.distance_m(eye_); }
+  /// Of the picture, that a tile covers: screenShare().
+  double share(const TileFacts& facts) const;
+  double distance_m(const OrientedBox& box) const { return box.distance_m(view_.eye); }
   double pixels(double length_m, double distance_m) const { return pixelsAcross(length_m, distance_m, pixelAngle_); }
 
  private:
-  geo::BodyPosition eye_;
+  View view_;
   ViewFrustum picture_;
   ViewFrustum frustum_;   ///< with the margin
   geo::Horizon horizon_;  ///< likewise

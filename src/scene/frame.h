@@ -97,8 +97,10 @@ struct FrameStatistics {
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
   std::uint64_t cpuCacheBytes = 0;
-  std::uint64_t requests = 0;  ///< since the globe was opened
+  int layersComing = 0;        ///< of the scene, not part of the picture yet: their source is not open or not here
+  std::uint64_t requests = 0;  ///< since the globe was opened: to servers, and tiles read from this machine
   std::uint64_t failedRequests = 0;
+  std::uint64_t failures = 0;  ///< what could not be loaded and is not tried again
 };
 
 /// Exactly what to draw: plain data, the product of this room.
@@ -107,10 +109,10 @@ struct Frame {
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
-  std::vector<DrawnTile> soon;         ///< just outside the picture: not drawn, but to be kept on the GPU if there is room
+  std::vector<DrawnTile> soon;  ///< just outside the picture: not drawn, but to be kept on the GPU if there is room
   std::uint64_t soonCopies_bytes = 0;  ///< the most that may be copied of those now
-  /// Nothing finer is wanted: all has come, none waits for its copy, all has faded in, and the budget of tiles was
-  /// enough.
+  /// Nothing finer is wanted: all layers take part, all has come, none waits for its copy, all has faded in, and the
+  /// budget of tiles was enough.
   bool complete = false;
   bool morphing = false;          ///< with time the picture changes on its own: what has come is still fading in
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0

@@ -1,19 +1,12 @@
 #include "scene/globe.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <condition_variable>
-#include <iterator>
-#include <mutex>
-#include <unordered_map>
 #include <utility>
 
-#include "io/executor.h"
+#include "scene/generation.h"
+#include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
-#include "scene/tile_content.h"
 
 namespace tellurion::scene {
 namespace {
@@ -23,354 +16,111 @@ using Clock = std::chrono::steady_clock;
 /// Of the byte budget, what decoded source tiles may take; the rest is for meshes and textures.
 constexpr double kSourceShare = 0.25;
 
-/// What a root's ground may be before it is loaded.
-HeightRange unknownRange(const geo::Ellipsoid& ellipsoid) {
-  const double share = 0.05 * ellipsoid.semiMinorAxis_m();
-  return {.low_m = -std::min(20e3, share), .high_m = std::min(30e3, share)};
-}
+/// A generation that has not all that its view needs takes the other's place after this time.
+constexpr std::chrono::seconds kLongestPending{1};
 
-/// What a tile is charged of a picture: one of an ancestor is copied once for all tiles that it is drawn on, so each is
-/// charged a part.
-std::uint64_t shareOf(std::uint64_t picture_bytes, int levelsBelow) {
-  return picture_bytes >> static_cast<unsigned>(2 * std::clamp(levelsBelow, 0, 2));
-}
-
-struct Arrival {
-  tiling::TileId id;
-  std::shared_ptr<const TileContent> content;
-};
-
-/// Where workers leave what they have made. Thread-safe.
-class Arrivals {
- public:
-  void add(Arrival arrival) {
-    {
-      const std::lock_guard lock(mutex_);
-      waiting_.push_back(std::move(arrival));
-    }
-    arrived_.notify_all();
-  }
-  std::vector<Arrival> take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(waiting_, {});
-  }
-  bool wait(std::chrono::milliseconds timeout) {
-    std::unique_lock lock(mutex_);
-    return arrived_.wait_for(lock, timeout, [&] { return !waiting_.empty(); });
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  std::vector<Arrival> waiting_;
-};
-
-/// A task's state that worker and globe share: whoever is first decides whether it runs.
-struct Job {
-  std::atomic<bool> taken{false};
-  io::Executor::Task task;
-};
-
-struct TileRecord final : TileFacts {
-  double madeFor = 1.0;                   ///< the exaggeration that the facts were made for
-  std::array<TileRecord*, 4> children{};  ///< their records, once they were asked for
-  std::shared_ptr<const TileContent> content;
-  std::shared_ptr<Job> job;      ///< asked for and not here yet
-  std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
-  std::uint64_t lastUse = 0;     ///< number of the update that used it last
-  std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
-  /// Where Frame::tiles, those of Frame::soon after them, had its content last, and in which update; 0: never.
-  mutable std::size_t drawnAt = 0;
-  mutable std::uint64_t drawnIn = 0;
-};
-
-std::int64_t trianglesOf(const TerrainMesh& mesh) {
-  std::int64_t indices = mesh.interior.count;
-  for (const IndexRange& edge : mesh.fineEdge)
-    indices += edge.count;
-  return indices / 3;
-}
-
-std::uint64_t sourceBudget(const GlobeOptions& options, std::size_t layers) {
-  const double share = kSourceShare * static_cast<double>(options.cpuCacheBytes);
-  return static_cast<std::uint64_t>(share / static_cast<double>(std::max<std::size_t>(layers, 1)));
-}
-
-io::Result<int> commonCells(const std::vector<const raster::TileSourceInfo*>& infos, const Scene& scene,
-                            raster::Kind kind, int otherwise) {
-  int cells = infos.empty() ? otherwise : infos.front()->tileCells;
-  for (const raster::TileSourceInfo* info : infos) {
-    const auto wrong = [&](std::string message) {
-      return io::fail(io::Failure::Code::invalidArgument, std::move(message), info->name);
-    };
-    if (info->kind != kind) {
-      return wrong(
-          fmt::format("holds {}, but the scene uses it as {}", raster::nameOf(info->kind), raster::nameOf(kind)));
-    }
-    if (info->scheme != scene.tiling) {
-      return wrong(fmt::format("is tiled as {}, the scene as {}; build it again with --tiling {}",
-                               tiling::nameOf(info->scheme), tiling::nameOf(scene.tiling),
-                               tiling::nameOf(scene.tiling)));
-    }
-    if (!(info->body.ellipsoid == scene.body.ellipsoid)) {
-      return wrong(fmt::format("is of the body {}, the scene of {}", info->body.name, scene.body.name));
-    }
-    if (info->tileCells != cells) {
-      return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info->tileCells, cells));
-    }
-  }
-  const bool powerOfTwo = cells > 0 && (cells & (cells - 1)) == 0;
-  if (kind == raster::Kind::elevation && !(powerOfTwo && cells >= 4 && cells <= 128)) {
-    return io::fail(io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
-                    infos.front()->name);
-  }
-  return cells;
-}
+/// Failures that are kept: a server that lacks everything has one for each tile.
+constexpr std::size_t kMostFailures = 1000;
 
 }  // namespace
 
-struct Globe::State final : public TileTree {
-  State(const Scene& scene, const GlobeOptions& options, ContentMaker contentMaker,
-        std::vector<std::shared_ptr<LayerTiles>> layerTiles, std::shared_ptr<LoadLedger> loads)
-      : body(scene.body),
+struct Globe::State {
+  State(const Scene& scene, const GlobeOptions& given)
+      : globeOptions(given),
+        body(scene.body),
         lighting(scene.lighting),
-        maker(std::move(contentMaker)),
-        layers(std::move(layerTiles)),
-        ledger(std::move(loads)),
-        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(options.cpuCacheBytes))),
-        executor(options.workers) {
+        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
+        executor(given.workers) {
     frame.background = scene.background;
-    frame.vertexGrid_m = vertexGrid_m(maker.ellipsoid);
+    frame.vertexGrid_m = vertexGrid_m(body.ellipsoid);
   }
 
-  /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
-  /// the first of four children before the last has come, for ever.
-  TileFacts* use(const tiling::TileId& id, TileRecord& r) {
-    r.lastUse = updates;
-    if (r.madeFor != frame.exaggeration) {
-      makeBox(id, r);
-      if (r.content) takeFacts(id, r);
-    }
-    takeCopies(id.level, r);
-    return &r;
+  /// Those who wait for a network are not waited for.
+  ~State() {
+    if (resources) resources->cancelWaits();
   }
-  TileFacts* root(int root) override {
-    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
-    return use(id, record(id));
-  }
-  std::array<TileFacts*, 4> children(const tiling::TileId& id, TileFacts& facts) override {
-    TileRecord& r = static_cast<TileRecord&>(facts);
-    std::array<TileFacts*, 4> out{};
-    for (int q = 0; q < 4; ++q) {
-      TileRecord*& child = r.children[static_cast<std::size_t>(q)];
-      if (child == nullptr) child = &record(id.child(q));
-      out[static_cast<std::size_t>(q)] = use(id.child(q), *child);
-    }
-    return out;
-  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
 
-  /// What is on the GPU stays there, and is not asked for again, until something leaves.
-  void takeCopies(int level, TileRecord& r) const {
-    if (gpu == nullptr || !r.content) {
-      r.copy_bytes = 0;
-      r.residency = 0;
-    } else if (r.copy_bytes > 0 || r.residency != residency) {
-      const TileContent& c = *r.content;
-      const Residency::MissingBytes missing = gpu->missing(*c.mesh, c.colour.get(), c.relief.get());
-      r.copy_bytes = missing.mesh + shareOf(missing.colour, level - c.colourLevel) +
-                     shareOf(missing.relief, level - c.reliefLevel);
-      r.residency = residency;
-    }
-  }
-
-  void lookAt(const Residency* residencyNow) {
-    const std::uint64_t now = residencyNow != nullptr ? residencyNow->departures() : 0;
-    if (residencyNow != gpu || now != departures) ++residency;
-    gpu = residencyNow;
-    departures = now;
-  }
-
-  TileRecord& record(const tiling::TileId& id) {
-    const auto [found, isNew] = records.try_emplace(id);
-    if (isNew) {
-      found->second.corners = tileCorners(maker.tiling, id);
-      found->second.around = tilesAround(maker.tiling, id);
-      makeBox(id, found->second);
-    }
-    return found->second;
-  }
-
-  double reachOfParent_m(const tiling::TileId& id) const;
-  OrientedBox drawnBox(const tiling::TileId& id, const HeightRange& range) const;
-  void makeBox(const tiling::TileId& id, TileRecord& r) const;
-  void takeFacts(const tiling::TileId& id, TileRecord& r) const;
+  std::unique_ptr<Generation> generation();
   void receive();
-  const CutHistory* historyAt(const CutOptions& options);
-  double occluderDepth_m() const;
-  void request(const std::vector<WantedTile>& wanted);
-  void submit(const WantedTile& wanted, TileRecord& record);
-  void cancelUnwanted();
-  void fillFrame(const View& view, const Selection& selection);
-  void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile) const;
-  DrawnTile drawnAgain(const SelectedTile& tile, std::size_t at);
-  void fillTiles(const Selection& selection);
+  const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
   void evict();
+  void fillFrame(const View& view, const Selection& selection);
+  void fillSoon(const Selection& selection);
+  void fillStatistics(const Selection& selection);
+  void fillDebug(const CutOptions& options);
+  DrawnTile drawn(const SelectedTile& tile, const ContentMaker& maker) const;
   Light lightFor(const View& view) const;
 
+  GlobeOptions globeOptions;
   geo::Body body;
   Lighting lighting;
-  ContentMaker maker;
-  std::vector<std::shared_ptr<LayerTiles>> layers;
-  std::shared_ptr<LoadLedger> ledger;
   std::uint64_t contentBudget;
-  std::unordered_map<tiling::TileId, TileRecord, tiling::TileIdHash> records;
-  std::vector<tiling::TileId> underway;
-  std::uint64_t contentBytes = 0;
-  std::uint64_t updates = 0;
   std::vector<io::Failure> failures;
-  Selector selector{maker.tiling, maker.ellipsoid};
-  std::array<CutMemory, 2> memories;  ///< of the last time and of this one; which is which, history says
-  CutHistory history{.last = &memories[0], .now = &memories[1]};
-  std::optional<double> time_s;      ///< of memories' newer one
-  std::optional<double> lastTime_s;  ///< and of the older
-  const Residency* gpu = nullptr;    ///< of this update
-  std::uint64_t departures = 0;      ///< of that
-  std::uint64_t residency = 0;       ///< rises when something may have left, and with another GPU
+  std::uint64_t failureCount = 0;
+  std::shared_ptr<io::Resources> resources;
+  Doorbell bell;
+  TileFetches fetches{bell};
+  std::unique_ptr<LayerRoster> roster;
+  std::unique_ptr<Generation> shown;                 ///< what is drawn; never null
+  std::unique_ptr<Generation> next;                  ///< with layers that have joined, until it is good enough; or null
+  std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
+  Clock::time_point pendingSince;                    ///< of next
+  const Selection* nextCut = nullptr;                ///< of this update; null without next
   Frame frame;
-  std::vector<DrawnTile> lastTiles;  ///< of the frame before, while this one is filled
-  Arrivals arrivals;
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
-/// Metres by which a tile drawn as its parent's mesh may leave the parent's samples: that misses them by a little more
-/// than its tolerance.
-double Globe::State::reachOfParent_m(const tiling::TileId& id) const {
-  return 2.0 * meshTolerance_m(maker.tiling, maker.ellipsoid, id.level - 1, maker.ground.cells());
-}
-
-/// Holds ground of these heights as it is drawn.
-OrientedBox Globe::State::drawnBox(const tiling::TileId& id, const HeightRange& range) const {
-  // What is lifted goes along normals of 16 bits, which lean by up to one part in 32767.
-  const double lean_m =
-      std::abs(frame.exaggeration - 1.0) * std::max(std::abs(range.low_m), std::abs(range.high_m)) / 32767.0;
-  const HeightRange drawn{.low_m = range.low_m * frame.exaggeration, .high_m = range.high_m * frame.exaggeration};
-  return grown(estimatedBox(maker.tiling, maker.ellipsoid, id, drawn), lean_m);
-}
-
-/// What is known of a tile without its content: a box from what its parent tells.
-void Globe::State::makeBox(const tiling::TileId& id, TileRecord& r) const {
-  r.madeFor = frame.exaggeration;
-  HeightRange range = unknownRange(maker.ellipsoid);
-  if (id.level > 0) {
-    const auto parent = records.find(id.parent());
-    if (parent != records.end() && parent->second.content)
-      range = parent->second.content->childRange[static_cast<std::size_t>(id.quadrant())];
-    const double reach_m = reachOfParent_m(id);
-    range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
-  }
-  r.box = drawnBox(id, range);
-}
-
-/// What its content adds.
-void Globe::State::takeFacts(const tiling::TileId& id, TileRecord& r) const {
-  const TileContent& content = *r.content;
-  const double more = std::max(1.0, frame.exaggeration);
-  r.drawable = true;
-  r.error_m = content.error_m * more;
-  r.texel_m = content.texel_m;
-  r.spacing_m = content.spacing_m;
-  r.triangles = trianglesOf(*content.mesh);
-  r.bytes = content.bytes;
-  r.tightBox = frame.exaggeration == 1.0 ? content.box
-                                         : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
-  // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
-  // when they came.
-  if (id.level == 0) r.box = r.tightBox;
+std::unique_ptr<Generation> Globe::State::generation() {
+  return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh), executor, fetches, bell);
 }
 
 void Globe::State::receive() {
-  for (Arrival& arrival : arrivals.take()) {
-    TileRecord& r = record(arrival.id);
-    r.job.reset();
-    r.content = std::move(arrival.content);
-    if (r.madeFor != frame.exaggeration) makeBox(arrival.id, r);
-    takeFacts(arrival.id, r);
-    r.lastUse = updates;
-    r.drawnIn = 0;
-    contentBytes += r.content->bytes;
+  for (const auto& old : retired)
+    old->loading.receive();
+  std::erase_if(retired, [](const auto& old) { return old->loading.isIdle(); });
+  for (io::Failure& failure : roster->ledger().takeFailures()) {
+    ++failureCount;
+    if (failures.size() < kMostFailures) failures.push_back(std::move(failure));
   }
-  std::erase_if(underway, [&](const tiling::TileId& id) { return !record(id).job; });
-  for (io::Failure& failure : ledger->takeFailures())
-    failures.push_back(std::move(failure));
 }
 
-/// Updates at one time all start from what was drawn at the time before, so that the last of them, when all has come,
-/// does not depend on the order of arrivals.
-const CutHistory* Globe::State::historyAt(const CutOptions& options) {
-  if (!options.time_s || !options.morph) {
-    time_s = lastTime_s = std::nullopt;
-    for (CutMemory& memory : memories) {
-      memory.clear();
-      memory.corners.clear();
-    }
-    return nullptr;
+/// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
+const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu) {
+  const auto now = Clock::now();
+  if (roster->advance(now)) {
+    if (!next) pendingSince = now;
+    if (next) retired.push_back(std::move(next));
+    next = generation();
   }
-  if (time_s != options.time_s) {
-    std::swap(memories[0], memories[1]);
-    lastTime_s = std::exchange(time_s, options.time_s);
-  }
-  history.step = lastTime_s ? std::clamp((*time_s - *lastTime_s) / options.fade_s, 0.0, 1.0) : 1.0;
-  return &history;
-}
-
-/// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
-double Globe::State::occluderDepth_m() const {
-  double lowest_m = 0.0;
-  for (int root = 0; root < maker.tiling.rootCount(); ++root) {
-    const auto found = records.find({.level = 0, .root = static_cast<std::uint8_t>(root)});
-    const bool known = found != records.end() && found->second.content;
-    lowest_m = std::min(lowest_m, (known ? found->second.content->range : unknownRange(maker.ellipsoid)).low_m);
-  }
-  return -lowest_m * frame.exaggeration;
-}
-
-void Globe::State::submit(const WantedTile& wanted, TileRecord& r) {
-  std::shared_ptr<const TileContent> parent;
-  if (wanted.id.level > 0) parent = record(wanted.id.parent()).content;
-  r.job = std::make_shared<Job>();
-  r.job->task = executor.submit(wanted.priority,
-                                [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
-                                  if (job->taken.exchange(true)) return;
-                                  arrivals.add({.id = id, .content = maker.make(id, parent.get())});
-                                });
-  underway.push_back(wanted.id);
-}
-
-void Globe::State::request(const std::vector<WantedTile>& wanted) {
-  for (const WantedTile& w : wanted) {
-    TileRecord& r = record(w.id);
-    r.lastWanted = updates;
-    if (r.job) {
-      r.job->task.setPriority(w.priority);
-    } else {
-      submit(w, r);
+  const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, gpu);
+  nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, gpu) : nullptr;
+  if (nextCut != nullptr && next->rootsAreDrawable()) {
+    const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
+    if (isAsGood || now - pendingSince >= kLongestPending) {
+      retired.push_back(std::exchange(shown, std::move(next)));
+      selection = std::exchange(nextCut, nullptr);
+      roster->rootsAreMade();
     }
   }
-  cancelUnwanted();
+  // First who asks, then who lets go: what both need is not fetched again.
+  (next ? next : shown)->loading.request((next ? nextCut : selection)->wanted);
+  if (next) shown->loading.pause();
+  for (const auto& old : retired)
+    old->loading.stop();
+  return *selection;
 }
 
-void Globe::State::cancelUnwanted() {
-  std::erase_if(underway, [&](const tiling::TileId& id) {
-    TileRecord& r = record(id);
-    if (r.lastWanted == updates || r.job->taken.exchange(true)) return false;
-    r.job->task.cancel();
-    r.job.reset();
-    return true;
-  });
+void Globe::State::evict() {
+  std::uint64_t others = next ? next->forest.contentBytes() : 0;
+  for (const auto& old : retired)
+    others += old->forest.contentBytes();
+  shown->forest.evict(contentBudget - std::min(contentBudget, others));
+  if (next) next->forest.evict(contentBudget);
 }
 
-DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
+DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& maker) const {
   const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
@@ -384,33 +134,6 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
   return out;
 }
 
-/// What the last frame drew too is taken over from there: to count the owners of its mesh and pictures again, which
-/// threads share, would cost more than all else here. `at`: where it goes, as TileRecord::drawnAt.
-DrawnTile Globe::State::drawnAgain(const SelectedTile& tile, std::size_t at) {
-  const auto& r = static_cast<const TileRecord&>(*tile.facts);
-  const std::size_t lastAt = std::exchange(r.drawnAt, at);
-  const std::uint64_t lastIn = std::exchange(r.drawnIn, updates);
-  if (lastIn == 0 || lastIn + 1 != updates) return drawn(tile);
-  DrawnTile out = std::move(lastTiles[lastAt]);
-  out.coarseEdges = tile.coarseEdges;
-  out.morph = tile.morph;
-  out.error_px = tile.error_px;
-  return out;
-}
-
-void Globe::State::fillTiles(const Selection& selection) {
-  std::swap(lastTiles, frame.tiles);
-  std::move(frame.soon.begin(), frame.soon.end(), std::back_inserter(lastTiles));
-  frame.tiles.clear();
-  frame.soon.clear();
-  std::size_t at = 0;
-  for (const SelectedTile& tile : selection.drawn)
-    frame.tiles.push_back(drawnAgain(tile, at++));
-  for (const SelectedTile& tile : selection.soon)
-    frame.soon.push_back(drawnAgain(tile, at++));
-  lastTiles.clear();
-}
-
 Light Globe::State::lightFor(const View& view) const {
   Light light{.enabled = lighting.enabled, .toSun_body = lighting.subsolar.n, .ambient = lighting.ambient};
   if (lighting.sun == Lighting::Sun::withCamera) {
@@ -421,29 +144,52 @@ Light Globe::State::lightFor(const View& view) const {
 }
 
 void Globe::State::fillFrame(const View& view, const Selection& selection) {
+  const ContentMaker& maker = shown->forest.maker();
   frame.view = view;
   frame.light = lightFor(view);
-  frame.complete =
-      selection.wanted.empty() && selection.heldBack == 0 && !selection.cappedByBudget && !selection.morphing;
+  fillStatistics(selection);
+  const FrameStatistics& s = frame.statistics;
+  frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
+                   !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
+  frame.tiles.clear();
+  for (const SelectedTile& tile : selection.drawn)
+    frame.tiles.push_back(drawn(tile, maker));
+  fillSoon(selection);
+}
+
+/// What comes into the picture soon, and what will take its place, goes to the GPU as far as there is time for it.
+void Globe::State::fillSoon(const Selection& selection) {
+  frame.soon.clear();
+  for (const SelectedTile& tile : selection.soon)
+    frame.soon.push_back(drawn(tile, shown->forest.maker()));
+  frame.soonCopies_bytes = selection.spareCopies_bytes;
+  if (!next) return;
+  for (const SelectedTile& tile : nextCut->drawn)
+    frame.soon.push_back(drawn(tile, next->forest.maker()));
+}
+
+void Globe::State::fillStatistics(const Selection& selection) {
   FrameStatistics& s = frame.statistics;
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
-  s.tilesWanted = static_cast<int>(selection.wanted.size());
+  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size());
   s.tilesHeldBack = selection.heldBack;
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
   for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
-  fillTiles(selection);
-  frame.soonCopies_bytes = selection.spareCopies_bytes;
-  s.cpuCacheBytes = contentBytes;
-  for (const auto& layer : layers)
-    s.cpuCacheBytes += layer->bytes();
-  s.requests = ledger->requests();
-  s.failedRequests = failures.size();
+  s.cpuCacheBytes = shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + roster->bytes();
+  s.layersComing = roster->coming() + (next ? 1 : 0);
+  s.requests = roster->ledger().requests();
+  s.failedRequests = failureCount;
+  s.failures = failureCount;
+  if (!resources) return;
+  const io::ResourceStatistics network = resources->statistics();
+  s.requests += network.requests;
+  s.failedRequests += network.failedRequests;
 }
 
 void Globe::State::fillDebug(const CutOptions& options) {
@@ -452,28 +198,7 @@ void Globe::State::fillDebug(const CutOptions& options) {
   debug.boxes.clear();
   if (!debug.views.has(DebugView::boxes)) return;
   for (const DrawnTile& tile : frame.tiles)
-    debug.boxes.push_back(record(tile.id).tightBox);
-}
-
-void Globe::State::evict() {
-  constexpr std::size_t kRecordsKept = 20000;
-  if (contentBytes <= contentBudget && records.size() <= kRecordsKept) return;
-  std::vector<std::pair<std::uint64_t, tiling::TileId>> unused;
-  for (const auto& [id, r] : records) {
-    if (!r.job && r.lastUse != updates && r.lastWanted != updates) unused.emplace_back(r.lastUse, id);
-  }
-  // The longest unused first, of those the deepest: children go before their parents.
-  std::sort(unused.begin(), unused.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second.level > b.second.level;
-  });
-  for (const auto& [use, id] : unused) {
-    if (contentBytes <= contentBudget && records.size() <= kRecordsKept / 2) return;
-    const auto found = records.find(id);
-    if (found->second.content) contentBytes -= found->second.content->bytes;
-    const auto parent = id.level > 0 ? records.find(id.parent()) : records.end();
-    if (parent != records.end()) parent->second.children[static_cast<std::size_t>(id.quadrant())] = nullptr;
-    records.erase(found);
-  }
+    debug.boxes.push_back(shown->forest.record(tile.id).tightBox);
 }
 
 Globe::Globe(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -481,46 +206,22 @@ Globe::~Globe() = default;
 
 io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOptions& options,
                                                const BuildSink& progress, const std::stop_token& stop) {
-  auto layers = openLayers(scene, progress, stop);
+  auto layers = openLayers(scene, progress, stop, options.online, options.cpuCacheBytes / 2);
   if (!layers) return tl::unexpected(std::move(layers.error()));
   return fromLayers(scene, std::move(*layers), options);
 }
 
 io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLayers layers,
                                                      const GlobeOptions& options) {
-  std::vector<const raster::TileSourceInfo*> elevation;
-  std::vector<const raster::TileSourceInfo*> imagery;
-  for (const auto& source : layers.elevation)
-    elevation.push_back(&source->info());
-  for (const auto& layer : layers.imagery)
-    imagery.push_back(&layer.source->info());
-  const auto cells = commonCells(elevation, scene, raster::Kind::elevation, raster::kElevationCells);
-  if (!cells) return tl::unexpected(cells.error());
-  const auto pixels = commonCells(imagery, scene, raster::Kind::imagery, raster::kImageryPixels);
-  if (!pixels) return tl::unexpected(pixels.error());
-
-  const std::uint64_t budget = sourceBudget(options, elevation.size() + imagery.size());
-  auto ledger = std::make_shared<LoadLedger>();
-  std::vector<std::shared_ptr<LayerTiles>> all;
-  std::vector<std::shared_ptr<LayerTiles>> ground;
-  std::vector<ColourLayers::Layer> colours;
-  for (auto& source : layers.elevation)
-    ground.push_back(std::make_shared<LayerTiles>(std::move(source), budget, ledger));
-  for (auto& layer : layers.imagery) {
-    colours.push_back({.tiles = std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger),
-                       .opacity = layer.opacity,
-                       .nightLights = layer.nightLights});
-    all.push_back(colours.back().tiles);
-  }
-  all.insert(all.end(), ground.begin(), ground.end());
-  const tiling::Tiling tiling(scene.tiling);
-  ContentMaker maker{.tiling = tiling,
-                     .ellipsoid = scene.body.ellipsoid,
-                     .ground = GroundLayers(tiling, std::move(ground), *cells),
-                     .colours = ColourLayers(std::move(colours), *pixels),
-                     .regularMesh = options.regularMesh};
-  return std::unique_ptr<Globe>(
-      new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
+  auto state = std::make_unique<State>(scene, options);
+  state->resources = layers.resources;
+  const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
+  auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
+  if (!roster) return tl::unexpected(std::move(roster.error()));
+  state->roster = std::move(*roster);
+  state->roster->advance(Clock::now());
+  state->shown = state->generation();
+  return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
 
 const geo::Body& Globe::body() const {
@@ -541,7 +242,7 @@ DebugViews& Globe::debugViews() {
 void Globe::freezeCut(const std::optional<View>& at) {
   DebugOverlay& debug = state_->frame.debug;
   debug.frozenCut = at;
-  if (at) debug.frozenPyramid = pyramidOf(*at, state_->maker.ellipsoid);
+  if (at) debug.frozenPyramid = pyramidOf(*at, state_->body.ellipsoid);
 }
 bool Globe::cutIsFrozen() const {
   return state_->frame.debug.frozenCut.has_value();
@@ -550,16 +251,21 @@ const std::vector<io::Failure>& Globe::failures() const {
   return state_->failures;
 }
 
+std::vector<io::Failure> Globe::troubles() const {
+  std::vector<io::Failure> out = state_->roster->troubles();
+  if (!state_->resources) return out;
+  for (io::Failure& trouble : state_->resources->troubles())
+    out.push_back(std::move(trouble));
+  return out;
+}
+
 const Frame& Globe::update(const View& view, const CutOptions& options, const Residency* gpu) {
   const auto start = Clock::now();
   State& s = *state_;
-  ++s.updates;
-  s.lookAt(gpu);
+  s.bell.quiet();
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
-  const CutHistory* history = s.historyAt(options);
-  const Selection& selection = s.selector.select(cutView, options, s.occluderDepth_m(), s, history);
-  s.request(selection.wanted);
+  const Selection& selection = s.cut(cutView, options, gpu);
   s.fillFrame(view, selection);
   s.fillDebug(options);
   s.evict();
@@ -568,11 +274,16 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
 }
 
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
-  return !state_->underway.empty() && state_->arrivals.wait(timeout);
+  State& s = *state_;
+  const auto now = Clock::now();
+  const bool isOverdue = s.next && s.next->rootsAreDrawable() && now - s.pendingSince >= kLongestPending;
+  if (isOverdue || s.roster->isDue(now)) return true;
+  const bool isComing = !s.shown->loading.isIdle() || (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
+  return isComing && s.bell.wait(timeout);
 }
 
 std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
-  const tiling::RootPoint p = state_->maker.tiling.rootPoint(d);
+  const tiling::RootPoint p = state_->shown->forest.maker().tiling.rootPoint(d);
   std::optional<double> height_m;
   for (int level = 0; level <= kDeepestLevel; ++level) {
     const double across = std::exp2(level);
@@ -581,10 +292,9 @@ std::optional<double> Globe::groundHeight_m(const geo::Direction& d) const {
     };
     const tiling::TileId id{static_cast<std::uint8_t>(level), static_cast<std::uint8_t>(p.root), index(p.u),
                             index(p.v)};
-    const auto found = state_->records.find(id);
-    if (found == state_->records.end() || !found->second.content) return height_m;
-    height_m =
-        state_->frame.exaggeration * heightIn(found->second.content->heights, p.u * across - id.x, p.v * across - id.y);
+    const TileRecord* found = state_->shown->forest.find(id);
+    if (found == nullptr || !found->content) return height_m;
+    height_m = state_->frame.exaggeration * heightIn(found->content->heights, p.u * across - id.x, p.v * across - id.y);
   }
   return height_m;
 }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "io/failure.h"
-#include "raster/tile_source.h"
 #include "scene/frame.h"
+#include "scene/globe_layers.h"
 #include "scene/residency.h"
 #include "scene/scene_file.h"
 #include "scene/select.h"
@@ -23,25 +23,16 @@ struct GlobeOptions {
   bool regularMesh = false;  ///< every sample of a tile is a vertex: the mode that meshes are compared with
   std::uint64_t cpuCacheBytes = std::uint64_t{256}
                                 << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
+  /// How layers of servers are fetched (Globe::open); no cache file: online.db in the cache folder.
+  io::ResourceOptions online = {};
 };
 
 /// Told while rasters of a scene are built into tile databases: what is being built, and how much of it is done (0..1).
 using BuildSink = std::function<void(std::string_view what, double share)>;
 
-/// The sources of a scene, opened: what Globe draws from. Elevation and imagery, bottom first, all of the scene's
-/// tiling and body.
-struct GlobeLayers {
-  struct Imagery {
-    std::shared_ptr<const raster::TileSource> source;
-    double opacity = 1.0;
-    bool nightLights = false;
-  };
-  std::vector<std::shared_ptr<const raster::TileSource>> elevation;
-  std::vector<Imagery> imagery;
-};
-
 /// A planet on screen: keeps the tiles that the view needs, loaded by workers, and says for each view exactly what to
-/// draw. One thread only; owns its workers, and its destruction waits for what they have begun.
+/// draw. Layers whose source is on a network take part once it is open and its coarsest tiles have come; until then the
+/// globe is drawn without them. One thread only; owns its workers, and its destruction waits for what they have begun.
 class Globe {
  public:
   /// Opens the scene's sources; rasters are built into tile databases in the cache folder first
@@ -50,7 +41,8 @@ class Globe {
   /// and the next call goes on with the build.
   static io::Result<std::unique_ptr<Globe>> open(const Scene& scene, const GlobeOptions& options = {},
                                                  const BuildSink& progress = {}, const std::stop_token& stop = {});
-  /// From sources that are open already (tests, examples). The scene's own lists of layers are not looked at.
+  /// From these sources. The scene's own lists of layers are not looked at. Fails when sources that are open do not fit
+  /// the scene.
   static io::Result<std::unique_ptr<Globe>> fromLayers(const Scene& scene, GlobeLayers layers,
                                                        const GlobeOptions& options = {});
   ~Globe();
@@ -77,16 +69,19 @@ class Globe {
   /// loaded is drawn.
   const Frame& update(const View& view, const CutOptions& options = {}, const Residency* gpu = nullptr);
 
-  /// Sleeps until something that was asked for has arrived since the last update, at most for `timeout`. False: nothing
-  /// has, or nothing is on its way.
+  /// Sleeps until something that was asked for has arrived since the last update, or it is time for another for other
+  /// reasons, at most for `timeout`. False: no need, or nothing is on its way; then it returns at once.
   bool waitForArrivals(std::chrono::milliseconds timeout);
 
   /// Height in metres above the ellipsoid, exaggerated as drawn, of the finest loaded ground there, bilinear between
   /// its samples (where there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
   std::optional<double> groundHeight_m(const geo::Direction& d) const;
 
-  /// What could not be loaded since the globe was opened, each once. The ground is drawn from coarser data there.
+  /// What could not be loaded since the globe was opened, each once, and never will be: the first of them
+  /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
+  /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
+  std::vector<io::Failure> troubles() const;
 
  private:
   struct State;

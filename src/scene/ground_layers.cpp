@@ -95,6 +95,16 @@ class StoredLevels {
     if (bottom && left) return rim_.corners[3];
     return rim_.edges[top ? 0u : right ? 1u : bottom ? 2u : 3u];
   }
+  /// Calls with each level that at() gives, at least once; -1: none.
+  template <class Visit>
+  void forEachLevel(const Visit& visit) const {
+    visit(own_);
+    if (own_ < 0) return;
+    for (std::size_t k = 0; k < 4; ++k) {
+      visit(rim_.edges[k]);
+      visit(rim_.corners[k]);
+    }
+  }
 
  private:
   int own_;
@@ -320,13 +330,36 @@ int GroundLayers::storedLevel(const tiling::TileId& id) const {
   return level;
 }
 
+void GroundLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
+  const std::size_t before = needs.size();
+  std::optional<Touching> others;
+  bool mayBeOwn = false;
+  for (const auto& layer : layers_) {
+    if (!layer->tellsPresence()) {
+      mayBeOwn = mayBeOwn || id.level <= layer->info().maxLevel;
+      continue;
+    }
+    if (!others) others = touching(tiling_, id);
+    const StoredLevels levels(id, *others, cells_, [&](const tiling::TileId& t) { return layer->storedLevel(t); });
+    mayBeOwn = mayBeOwn || levels.own() == id.level;
+    std::uint32_t asked = 0;
+    levels.forEachLevel([&](int level) {
+      if (level < 0 || ((asked >> level) & 1u) != 0) return;
+      asked |= 1u << level;
+      addNeed(*layer, id, level, needs);
+    });
+  }
+  if (!mayBeOwn) needs.resize(before);
+}
+
 float GroundLayers::farHeight_m() const {
   std::call_once(far_->known, [&] {
     bool any = false;
     HeightRange range{.low_m = kWildestHeight_m, .high_m = -kWildestHeight_m};
     for (const auto& layer : layers_) {
       for (int root = 0; root < tiling_.rootCount(); ++root) {
-        const auto tile = layer->get({.level = 0, .root = static_cast<std::uint8_t>(root)});
+        const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+        const auto tile = layer->storedLevel(id) == 0 ? layer->get(id) : nullptr;
         if (!tile || !(tile->statistics.min_m <= tile->statistics.max_m)) continue;
         range.low_m = std::min(range.low_m, static_cast<double>(tile->statistics.min_m));
         range.high_m = std::max(range.high_m, static_cast<double>(tile->statistics.max_m));

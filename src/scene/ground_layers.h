@@ -50,6 +50,9 @@ class GroundLayers {
 
   /// parent: the composed heights of the tile over it, to save making them again; may be null.
   ComposedGround compose(const tiling::TileId& id, const GroundSamples* parent = nullptr) const;
+  /// What compose() of a tile whose parent is given may load of sources that tell what they store; roots aside when it
+  /// is the first: all of them. Never blocks.
+  void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
   int cells() const { return cells_; }
 
  private:

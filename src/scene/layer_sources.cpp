@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -15,7 +16,12 @@
 #include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
+#include "raster/grid_tile_source.h"
+#include "raster/image_catalogue.h"
+#include "raster/live_raster.h"
 #include "raster/raster_file.h"
+#include "raster/service.h"
+#include "raster/service_url.h"
 
 namespace tellurion::scene {
 namespace {
@@ -131,6 +137,54 @@ io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind,
   return openDatabase(options->output);
 }
 
+io::ResourceOptions withCacheFile(io::ResourceOptions options) {
+  if (!options.cacheFile.empty() || options.cacheBytes == 0) return options;
+  std::error_code error;
+  fs::create_directories(cacheFolder(), error);  // where that fails, the cache says so
+  options.cacheFile = cacheFolder() / "online.db";
+  return options;
+}
+
+/// What the services of a scene share.
+struct ServiceUse {
+  std::shared_ptr<io::Resources> resources;
+  std::uint64_t imageBytes = 0;  ///< for each
+};
+
+LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind, const Scene& scene,
+                          const ServiceUse& use) {
+  const auto opening = [service, kind, body = scene.body, scheme = scene.tiling,
+                        use]() -> io::Result<LayerSource::Pointer> {
+    auto grid = raster::openService(service, kind, body, *use.resources);
+    if (!grid) return tl::unexpected(std::move(grid.error()));
+    return raster::gridTileSource(std::move(*grid), scheme, use.resources, {.memoryBytes = use.imageBytes});
+  };
+  return {opening, raster::withoutSecrets(service.source)};
+}
+
+io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind kind, const Scene& scene,
+                                        const BuildSink& progress) {
+  auto catalogue = raster::openCatalogue(path, kind, scene.tiling);
+  if (!catalogue) return tl::unexpected(std::move(catalogue.error()));
+  for (const std::string& warning : catalogue->warnings) {
+    if (progress) progress(warning, kWarningShare);
+  }
+  return std::move(catalogue->tiles);
+}
+
+template <class Layer>
+io::Result<LayerSource> openLayer(const Layer& layer, raster::Kind kind, const Scene& scene, const ServiceUse& use,
+                                  const BuildSink& progress, const std::stop_token& stop) {
+  if (layer.from == SourceKind::service) return serviceSource(layer.service, kind, scene, use);
+  auto source = [&]() -> io::Result<SourcePointer> {
+    if (layer.from == SourceKind::live) return raster::liveRaster(layer.source, kind, scene.tiling);
+    if (layer.from == SourceKind::catalogue) return openCatalogue(layer.source, kind, scene, progress);
+    return openSource(layer.source, kind, scene, progress, stop);
+  }();
+  if (!source) return tl::unexpected(std::move(source.error()));
+  return LayerSource(std::move(*source));
+}
+
 }  // namespace
 
 bool isTileDatabase(const std::string& path) {
@@ -147,15 +201,22 @@ fs::path cacheFolder() {
   return fs::temp_directory_path() / "tellurion";
 }
 
-io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop) {
+io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop,
+                                   const io::ResourceOptions& online, std::uint64_t imageBytes) {
   GlobeLayers layers;
+  const auto isService = [](const auto& layer) { return layer.from == SourceKind::service; };
+  const auto services = std::count_if(scene.elevation.begin(), scene.elevation.end(), isService) +
+                        std::count_if(scene.imagery.begin(), scene.imagery.end(), isService);
+  if (services > 0) layers.resources = std::make_shared<io::Resources>(withCacheFile(online));
+  const ServiceUse use{.resources = layers.resources,
+                       .imageBytes = imageBytes / static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(services, 1))};
   for (const ElevationLayer& layer : scene.elevation) {
-    auto source = openSource(layer.source, raster::Kind::elevation, scene, progress, stop);
+    auto source = openLayer(layer, raster::Kind::elevation, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
     layers.elevation.push_back(std::move(*source));
   }
   for (const ImageryLayer& layer : scene.imagery) {
-    auto source = openSource(layer.source, raster::Kind::imagery, scene, progress, stop);
+    auto source = openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
     layers.imagery.push_back(
         {.source = std::move(*source), .opacity = layer.opacity, .nightLights = layer.nightLights});

@@ -57,7 +57,7 @@ TEST_F(LayerSources, aRasterIsBuiltOnceAndFoundAgain) {
     ++told;
   });
   ASSERT_TRUE(first) << io::describe(first.error());
-  EXPECT_EQ(first->elevation.at(0)->info().scheme, scene.tiling);
+  EXPECT_EQ(first->elevation.at(0).open->info().scheme, scene.tiling);
   EXPECT_GT(told, 0);
   EXPECT_EQ(databases(), 1);
   const auto second = openLayers(scene, [](std::string_view, double) { FAIL() << "built again"; });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace tellurion::scene {
@@ -45,7 +46,24 @@ std::vector<io::Failure> LoadLedger::takeFailures() {
 
 LayerTiles::LayerTiles(std::shared_ptr<const raster::TileSource> source, std::uint64_t budgetBytes,
                        std::shared_ptr<LoadLedger> ledger)
-    : source_(std::move(source)), budgetBytes_(budgetBytes), ledger_(std::move(ledger)) {}
+    : source_(std::move(source)),
+      budgetBytes_(budgetBytes),
+      ledger_(std::move(ledger)),
+      tellsPresence_(source_->presence({}).has_value()) {}
+
+LayerTiles::TilePointer LayerTiles::kept(const tiling::TileId& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = tiles_.find(id);
+  if (found == tiles_.end() || found->second.loading) return nullptr;
+  uses_.splice(uses_.begin(), uses_, found->second.use);
+  return found->second.tile;
+}
+
+bool LayerTiles::isMissing(const tiling::TileId& id) const {
+  const std::lock_guard lock(mutex_);
+  const auto known = known_.find(id);
+  return id.level > info().maxLevel || (known != known_.end() && !known->second.stored);
+}
 
 LayerTiles::TilePointer LayerTiles::get(const tiling::TileId& id) {
   if (id.level > info().maxLevel) return nullptr;
@@ -89,7 +107,8 @@ LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
     return nullptr;
   }
   if (!*loaded) {
-    if (parentLists(id)) {
+    // Who tells what is stored without having looked may err.
+    if (!tellsPresence_ && parentLists(id)) {
       ledger_->add({.code = io::Failure::Code::corrupt,
                     .message = fmt::format("tile {}/{}/{}/{} is missing though its parent lists it; build it again",
                                            id.level, id.root, id.x, id.y),
@@ -120,11 +139,13 @@ void LayerTiles::forget() {
 }
 
 void LayerTiles::trim() {
-  while (bytes_ > budgetBytes_ && uses_.size() > 1) {
-    const auto last = tiles_.find(uses_.back());
-    bytes_ -= last->second.bytes;
-    tiles_.erase(last);
-    uses_.pop_back();
+  for (auto last = uses_.end(); bytes_ > budgetBytes_ && last != std::next(uses_.begin());) {
+    --last;
+    const auto entry = tiles_.find(*last);
+    if (entry->second.tile.use_count() > 1) continue;
+    bytes_ -= entry->second.bytes;
+    tiles_.erase(entry);
+    last = uses_.erase(last);
   }
 }
 
@@ -133,6 +154,14 @@ LayerTiles::Known LayerTiles::know(const tiling::TileId& id) {
     const std::lock_guard lock(mutex_);
     const auto known = known_.find(id);
     if (known != known_.end()) return known->second;
+  }
+  if (const auto presence = source_->presence(id)) {
+    const Known told{.stored = presence->stored, .childMask = presence->childMask};
+    if (!told.stored) return told;  // not kept: only what is stored is ever forgotten
+    const std::lock_guard lock(mutex_);
+    known_.try_emplace(id, told);
+    forget();
+    return told;
   }
   const TilePointer tile = get(id);
   return tile ? Known{.stored = true, .childMask = tile->childMask} : Known{};

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -29,7 +31,8 @@ class LoadLedger {
 };
 
 /// The decoded tiles of one source, in a cache with a byte budget. Never asks the source for a tile that is loaded,
-/// being loaded, known not to exist, or failed before. Thread-safe; get() blocks while the source does.
+/// being loaded, known not to exist, or failed before. A tile that someone holds is not dropped, since that would free
+/// nothing. Thread-safe; get() blocks while the source does.
 class LayerTiles {
  public:
   using TilePointer = std::shared_ptr<const raster::SourceTile>;
@@ -39,11 +42,23 @@ class LayerTiles {
 
   const raster::TileSourceInfo& info() const { return source_->info(); }
   /// Null: there is no such tile, or it could not be loaded, or is missing though its parent lists it (which the ledger
-  /// is told once).
+  /// is told once, but of sources that tell what they store before they have looked).
   TilePointer get(const tiling::TileId& id);
   /// The deepest level, at most that of `id`, at which the tile over it is stored; -1: none. What parents tell of their
   /// children decides, so tiles above `id` may be loaded, `id` itself only when it is a root.
   int storedLevel(const tiling::TileId& id);
+  /// Whether the source tells what is stored without being asked to load: then storedLevel() waits for nothing. Only
+  /// such a source may have something to prepare.
+  bool tellsPresence() const { return tellsPresence_; }
+  /// The decoded tile, if it is here. Never blocks.
+  TilePointer kept(const tiling::TileId& id);
+  /// Known not to exist, or to have failed. Never blocks.
+  bool isMissing(const tiling::TileId& id) const;
+  /// As the source does.
+  std::unique_ptr<raster::Preparation> prepare(const tiling::TileId& id, double priority,
+                                               std::function<void()> ready) const {
+    return source_->prepare(id, priority, std::move(ready));
+  }
   /// Of decoded tiles and of what is known of others.
   std::uint64_t bytes() const;
 
@@ -70,6 +85,7 @@ class LayerTiles {
   std::shared_ptr<const raster::TileSource> source_;
   std::uint64_t budgetBytes_;
   std::shared_ptr<LoadLedger> ledger_;
+  bool tellsPresence_;
   mutable std::mutex mutex_;
   std::condition_variable loaded_;
   std::unordered_map<tiling::TileId, Entry, tiling::TileIdHash> tiles_;
@@ -77,5 +93,17 @@ class LayerTiles {
   std::list<tiling::TileId> uses_;  ///< most recent first
   std::uint64_t bytes_ = 0;
 };
+
+/// A tile that will be asked for.
+struct TileNeed {
+  LayerTiles* tiles = nullptr;
+  tiling::TileId id;
+};
+
+/// The tile over `id` at a level, and the one that is asked for instead when it turns out that there is none.
+inline void addNeed(LayerTiles& tiles, const tiling::TileId& id, int level, std::vector<TileNeed>& needs) {
+  for (int each = level; each >= std::max(level - 1, 0); --each)
+    needs.push_back({.tiles = &tiles, .id = id.ancestor(each)});
+}
 
 }  // namespace tellurion::scene

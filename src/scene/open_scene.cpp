@@ -7,6 +7,8 @@
 #include "pyramid/pyramid_reader.h"
 #include "raster/raster_file.h"
 #include "raster/raster_kind.h"
+#include "raster/service_url.h"
+#include "scene/layer_entry.h"
 #include "scene/layer_sources.h"
 #include "scene/scene_file.h"
 
@@ -90,10 +92,18 @@ io::Result<void> settle(const std::vector<SourceFacts>& layers, Scene& scene) {
   return {};
 }
 
+Scene sceneOf(const raster::ServiceLayer& service) {
+  Scene scene{.name = raster::withoutSecrets(service.source)};
+  if (!service.layer.empty()) scene.name += "#" + service.layer;
+  scene.imagery.push_back({.source = service.source, .from = SourceKind::service, .service = service});
+  return scene;
+}
+
 }  // namespace
 
 io::Result<Scene> openScene(std::string_view argument) {
   if (argument.empty()) return io::fail(Code::invalidArgument, "the scene has no name");
+  if (isServiceUrl(argument)) return sceneOf(serviceFromUrl(argument));
   if (argument.ends_with(".toml")) return readSceneFile(std::string(argument));
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);

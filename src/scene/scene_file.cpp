@@ -4,16 +4,27 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
-#include <initializer_list>
 #include <optional>
+#include <vector>
+
+#include "raster/service_url.h"
+#include "scene/layer_entry.h"
 
 namespace tellurion::scene {
 namespace {
 
 namespace fs = std::filesystem;
 using Code = io::Failure::Code;
-using Words = std::initializer_list<std::string_view>;
+using Words = std::vector<std::string_view>;
+
+/// Of a layer that is a service, besides source and type.
+constexpr std::array<std::string_view, 17> kServiceKeys{
+    "layer",       "style",     "format",    "crs",    "version",    "time",
+    "matrix_set",  "encoding",  "scale",     "offset", "nodata",     "level_zero_degrees",
+    "tile_pixels", "min_level", "max_level", "bounds", "attribution"};
+constexpr int kDeepestServiceLevel = 30;
 
 /// What a scene file's reader throws within this file; it leaves as a value.
 struct Wrong {
@@ -47,12 +58,17 @@ class SceneReader {
                  .where = fmt::format("{}:{}:{}", path_, at.begin.line, at.begin.column)}};
   }
 
-  void allow(const toml::table& table, Words keys) const {
+  void allow(const toml::table& table, const Words& keys) const {
     for (const auto& [key, value] : table) {
       if (std::find(keys.begin(), keys.end(), key.str()) == keys.end()) {
         complain(key.source(), fmt::format("unknown key '{}'; allowed here: {}", key.str(), fmt::join(keys, ", ")));
       }
     }
+  }
+
+  static Words withServiceKeys(Words keys) {
+    keys.insert(keys.end(), kServiceKeys.begin(), kServiceKeys.end());
+    return keys;
   }
 
   const toml::table& table(const toml::node& node, std::string_view key) const {
@@ -129,19 +145,89 @@ class SceneReader {
     return *scheme;
   }
 
-  std::string source(const toml::table& layer, std::string_view kind) const {
+  /// Where the layer's data come from: `out` is of any kind of layer.
+  template <class Layer>
+  void readSource(const toml::table& layer, std::string_view kind, Layer& out) const {
     const toml::node* node = layer.get("source");
     if (node == nullptr) complain(layer.source(), "the layer has no source");
-    const std::string text = string(*node, "source");
-    if (text.find("://") != std::string::npos) {
-      complain(node->source(),
-               fmt::format("{}: this version reads no online sources; copy the data here and name the file", text),
-               Code::unsupported);
+    out.source = string(*node, "source");
+    if (!isServiceUrl(out.source)) {
+      const fs::path path(out.source);
+      out.source = (path.is_absolute() ? path : folder_ / path).string();
     }
-    const fs::path path = fs::path(text).is_absolute() ? fs::path(text) : folder_ / text;
+    const std::string type = stringAt(layer, "type").value_or("");
+    out.from = kindOfSource(layer, type, out.source);
+    if (out.from == SourceKind::service) {
+      out.service = service(layer, out.source, type);
+      return;
+    }
+    for (const auto& [key, value] : layer) {
+      if (std::find(kServiceKeys.begin(), kServiceKeys.end(), key.str()) != kServiceKeys.end())
+        complain(key.source(), fmt::format("'{}' is for layers of services; say which with type", key.str()));
+    }
+    if (isServiceUrl(out.source))
+      complain(node->source(),
+               fmt::format("{}: type = \"{}\" is for files of this machine", raster::withoutSecrets(out.source), type));
     std::error_code error;
-    if (!fs::exists(path, error)) complain(node->source(), absence(path, kind), Code::notFound);
-    return path.string();
+    if (!fs::exists(out.source, error)) complain(node->source(), absence(out.source, kind), Code::notFound);
+  }
+
+  SourceKind kindOfSource(const toml::table& layer, const std::string& type, const std::string& source) const {
+    if (type.empty()) return sourceKindOf(source);
+    if (type == "live") return SourceKind::live;
+    if (type == "catalogue") return SourceKind::catalogue;
+    const Words services{"wms", "wmts", "tms", "xyz", "worldwind"};
+    if (std::find(services.begin(), services.end(), type) == services.end()) {
+      complain(layer.get("type")->source(),
+               fmt::format("no type '{}'; allowed: {}, live, catalogue", type, fmt::join(services, ", ")));
+    }
+    return SourceKind::service;
+  }
+
+  raster::ServiceLayer service(const toml::table& layer, const std::string& source, const std::string& type) const {
+    const auto text = [&](std::string_view key) { return stringAt(layer, key).value_or(""); };
+    const auto real = [&](std::string_view key, double low, double high) {
+      const toml::node* node = layer.get(key);
+      return node != nullptr ? std::optional(number(*node, key, low, high)) : std::nullopt;
+    };
+    const auto whole = [&](std::string_view key, int low, int high) -> std::optional<int> {
+      const toml::node* node = layer.get(key);
+      if (node == nullptr) return std::nullopt;
+      const auto value = node->is_integer() ? node->value<int>() : std::nullopt;
+      if (!value || *value < low || *value > high)
+        complain(node->source(), fmt::format("'{}' must be a whole number from {} to {}", key, low, high));
+      return value;
+    };
+    raster::ServiceLayer out{.source = source, .type = type};
+    out.layer = text("layer");
+    out.style = text("style");
+    out.format = text("format");
+    out.crs = text("crs");
+    out.version = text("version");
+    out.time = text("time");
+    out.matrixSet = text("matrix_set");
+    out.encoding = text("encoding");
+    out.attribution = text("attribution");
+    out.scale = real("scale", -1e9, 1e9);
+    out.offset_m = real("offset", -1e9, 1e9);
+    out.nodata = real("nodata", -1e300, 1e300);
+    out.levelZero_degrees = real("level_zero_degrees", 1e-6, 360.0);
+    out.tilePixels = whole("tile_pixels", 16, 4096);
+    out.minLevel = whole("min_level", 0, kDeepestServiceLevel);
+    out.maxLevel = whole("max_level", 0, kDeepestServiceLevel);
+    if (const toml::node* node = layer.get("bounds")) out.bounds_degrees = bounds(*node);
+    return out;
+  }
+
+  std::array<double, 4> bounds(const toml::node& node) const {
+    const toml::array* sides = node.as_array();
+    if (sides == nullptr || sides->size() != 4)
+      complain(node.source(), "'bounds' must be [west, south, east, north] in degrees");
+    std::array<double, 4> out{};
+    for (std::size_t i = 0; i < 4; ++i)
+      out[i] = number(*sides->get(i), "bounds", i % 2 == 0 ? -540.0 : -90.0, i % 2 == 0 ? 540.0 : 90.0);
+    if (out[1] >= out[3]) complain(node.source(), "'bounds' must have the south below the north");
+    return out;
   }
 
   std::string absence(const fs::path& path, std::string_view kind) const {
@@ -154,13 +240,17 @@ class SceneReader {
   }
 
   ElevationLayer elevation(const toml::table& layer) const {
-    allow(layer, {"source"});
-    return {.source = source(layer, "elevation")};
+    allow(layer, withServiceKeys({"source", "type"}));
+    ElevationLayer out;
+    readSource(layer, "elevation", out);
+    return out;
   }
 
   ImageryLayer imagery(const toml::table& layer) const {
-    allow(layer, {"source", "opacity", "role"});
-    ImageryLayer out{.source = source(layer, "imagery"), .opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0)};
+    allow(layer, withServiceKeys({"source", "type", "opacity", "role"}));
+    ImageryLayer out;
+    readSource(layer, "imagery", out);
+    out.opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0);
     if (const toml::node* node = layer.get("role")) {
       const std::string role = string(*node, "role");
       if (role != "colour" && role != "night_lights") {

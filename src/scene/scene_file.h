@@ -8,18 +8,31 @@
 #include "geo/body.h"
 #include "geo/geodetic.h"
 #include "io/failure.h"
+#include "raster/service.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
 
+/// How a layer's source is read.
+enum class SourceKind {
+  file,       ///< a tile database, or a raster that is built into one first
+  live,       ///< a raster, drawn without a build
+  catalogue,  ///< a folder or a list of rasters, likewise
+  service,    ///< images by row and column: a server, or a folder that is laid out like one
+};
+
 /// Heights: metres above the body's ellipsoid. Later layers lie over earlier ones where they have data.
 struct ElevationLayer {
-  std::string source;  ///< path of a tile database or a raster, as it can be opened from the working directory
+  std::string source;  ///< a path as it can be opened from the working directory, or a service's URL or template
+  SourceKind from = SourceKind::file;
+  raster::ServiceLayer service;  ///< of SourceKind::service: all that the scene says of it
 };
 
 /// Colours, or the lights of the night. Later layers lie over earlier ones.
 struct ImageryLayer {
   std::string source;
+  SourceKind from = SourceKind::file;
+  raster::ServiceLayer service;
   double opacity = 1.0;      ///< 0..1, multiplies the coverage
   bool nightLights = false;  ///< shown where the sun is below the horizon, added to the ground; its brightness counts
 };
@@ -37,7 +50,7 @@ struct Lighting {
 };
 
 /// What a scene file says (docs/scene-file.md). Plain data; nothing has been opened yet but the files' names are known
-/// to exist.
+/// to exist; servers have not been asked.
 struct Scene {
   std::string name;  ///< for titles and messages: what the scene was opened with
   geo::Body body = geo::earth();
@@ -49,7 +62,8 @@ struct Scene {
 };
 
 /// Reads a scene from what people hand in: a scene file (.toml), a tile database (.tdb), a raster that GDAL reads, or
-/// several of the last two joined by commas, bottom first. Fails on unknown keys, wrong types and values (where:
+/// several of the last two joined by commas, bottom first; or of the URL of a service, "URL" or "URL#LAYER", which is
+/// imagery on Earth. Fails on unknown keys, wrong types and values (where:
 /// file:line:column, the message says what is allowed), on files that are not there, and on databases that do not agree
 /// on body and tiling.
 io::Result<Scene> openScene(std::string_view argument);

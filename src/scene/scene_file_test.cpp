@@ -126,5 +126,104 @@ TEST_F(SceneFile, scenesOfTheProjectAreReadButForTheirDatabases) {
   }
 }
 
+TEST_F(SceneFile, layersOfServers) {
+  const Scene scene = good(R"(
+[[imagery]]
+source = "http://127.0.0.1:8080/wms"
+layer = "bluemarble"
+style = "day"
+crs = "EPSG:4326"
+version = "1.1.1"
+time = "2004-12"
+format = "image/png"
+attribution = "NASA"
+bounds = [170, -10, -170, 10]
+max_level = 9
+opacity = 0.7
+[[imagery]]
+source = "tiles/{z}/{x}/{y}.png"
+tile_pixels = 512
+[[imagery]]
+source = "http://127.0.0.1/wmts"
+type = "wmts"
+matrix_set = "GoogleMapsCompatible"
+[[elevation]]
+source = "https://127.0.0.1/{z}/{x}/{y}.webp"
+encoding = "mapbox"
+scale = 0.1
+offset = -5
+nodata = -32768
+min_level = 2
+[[elevation]]
+source = "http://127.0.0.1/worldwind"
+type = "worldwind"
+level_zero_degrees = 20
+)");
+  ASSERT_EQ(scene.imagery.size(), 3u);
+  const raster::ServiceLayer& wms = scene.imagery[0].service;
+  EXPECT_EQ(scene.imagery[0].from, SourceKind::service);
+  EXPECT_EQ(scene.imagery[0].opacity, 0.7);
+  EXPECT_EQ(wms.source, "http://127.0.0.1:8080/wms");
+  EXPECT_EQ(wms.type, "");
+  EXPECT_EQ(wms.layer + wms.style + wms.crs + wms.version + wms.time + wms.format + wms.attribution,
+            "bluemarbledayEPSG:43261.1.12004-12image/pngNASA");
+  EXPECT_EQ(wms.bounds_degrees, (std::array<double, 4>{170, -10, -170, 10}));
+  EXPECT_EQ(wms.maxLevel, 9);
+  EXPECT_EQ(wms.minLevel, std::nullopt);
+  EXPECT_EQ(scene.imagery[1].service.source, (folder / "tiles/{z}/{x}/{y}.png").string());
+  EXPECT_EQ(scene.imagery[1].service.tilePixels, 512);
+  EXPECT_EQ(scene.imagery[2].service.matrixSet, "GoogleMapsCompatible");
+  const raster::ServiceLayer& heights = scene.elevation.at(0).service;
+  EXPECT_EQ(heights.encoding, "mapbox");
+  EXPECT_EQ(heights.scale, 0.1);
+  EXPECT_EQ(heights.offset_m, -5.0);
+  EXPECT_EQ(heights.nodata, -32768.0);
+  EXPECT_EQ(heights.minLevel, 2);
+  EXPECT_EQ(scene.elevation.at(1).service.type, "worldwind");
+  EXPECT_EQ(scene.elevation.at(1).service.levelZero_degrees, 20.0);
+}
+
+TEST_F(SceneFile, whatASourceIsFollowsFromItUnlessItIsSaid) {
+  fs::create_directories(folder / "images");
+  fs::create_directories(folder / "tms");
+  std::ofstream(folder / "tms" / "tilemapresource.xml") << "x";
+  const auto kindOf = [&](const std::string& entry) { return good("[[imagery]]\n" + entry).imagery.at(0).from; };
+  EXPECT_EQ(kindOf("source = 'a.tdb'"), SourceKind::file);
+  EXPECT_EQ(kindOf("source = 'b.tif'"), SourceKind::file);
+  EXPECT_EQ(kindOf("source = 'b.tif'\ntype = 'live'"), SourceKind::live);
+  EXPECT_EQ(kindOf("source = 'images'"), SourceKind::catalogue);
+  EXPECT_EQ(kindOf("source = 'b.tif'\ntype = 'catalogue'"), SourceKind::catalogue);
+  EXPECT_EQ(kindOf("source = 'tms'"), SourceKind::service);
+  EXPECT_EQ(kindOf("source = 'tms/tilemapresource.xml'"), SourceKind::service);
+  EXPECT_EQ(kindOf("source = 'file:///somewhere/{z}/{x}/{y}.png'"), SourceKind::service);
+}
+
+TEST_F(SceneFile, wrongEntriesOfServersAreNamedWhereTheyStand) {
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nlayers = 'a'").substr(0, 26), "3:1 unknown key 'layers'; ");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nlayer = 3"), "3:9 'layer' must be a text in quotes");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\ntype = 'wcs'"),
+            "3:8 no type 'wcs'; allowed: wms, wmts, tms, xyz, worldwind, live, catalogue");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nmax_level = 2.5"),
+            "3:13 'max_level' must be a whole number from 0 to 30");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nbounds = [1, 2, 3]"),
+            "3:10 'bounds' must be [west, south, east, north] in degrees");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nbounds = [1, 20, 3, 10]"),
+            "3:10 'bounds' must have the south below the north");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'b.tif'\nlayer = 'x'"),
+            "3:1 'layer' is for layers of services; say which with type");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'http://user:secret@h/wms'\ntype = 'live'").find("secret"), std::string::npos);
+}
+
+TEST(OpenScene, aUrlIsASceneWithOneLayer) {
+  const Scene scene = openScene("http://127.0.0.1:8080/wms?map=a#bluemarble").value();
+  ASSERT_EQ(scene.imagery.size(), 1u);
+  EXPECT_EQ(scene.imagery[0].from, SourceKind::service);
+  EXPECT_EQ(scene.imagery[0].service.source, "http://127.0.0.1:8080/wms?map=a");
+  EXPECT_EQ(scene.imagery[0].service.layer, "bluemarble");
+  EXPECT_EQ(scene.body.name, "earth");
+  EXPECT_TRUE(scene.elevation.empty());
+  EXPECT_EQ(openScene("https://127.0.0.1/{z}/{x}/{y}.jpg")->imagery.at(0).service.layer, "");
+}
+
 }  // namespace
 }  // namespace tellurion::scene

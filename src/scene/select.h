@@ -87,7 +87,9 @@ struct SelectedTile {
 
 struct WantedTile {
   tiling::TileId id;
-  double priority = 0.0;  ///< screen error in pixels of what is drawn instead; larger is more urgent
+  /// What it adds to the picture; larger is more urgent: how many times too coarse the ground is for whose sake it is
+  /// wanted, times the share of the picture which that covers.
+  double priority = 0.0;
 };
 
 /// A cut through the forest: drawn are its leaves that may be seen.

@@ -76,6 +76,11 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   return content;
 }
 
+void ContentMaker::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
+  ground.addNeeds(id, needs);
+  colours.addNeeds(id, needs);
+}
+
 TextureWindow windowIn(const tiling::TileId& id, int level, int cells, double border) {
   const double size = tiling::tileSize(id.level - level);
   const double texels = cells + 2.0 * border;

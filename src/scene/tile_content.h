@@ -40,6 +40,9 @@ struct ContentMaker {
 
   /// Blocks while sources do. parent: of the tile over it; null for roots.
   std::shared_ptr<const TileContent> make(const tiling::TileId& id, const TileContent* parent) const;
+  /// What make() may load of sources that tell what they store, so that it can be prepared; the same tile may be named
+  /// twice. Never blocks. What any first make() loads besides are all roots of all layers.
+  void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
 };
 
 /// Where tile `id` finds itself in a texture that belongs to its ancestor at `level`: `cells` wide without its border,

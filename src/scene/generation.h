@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "scene/select.h"
+#include "scene/tile_loading.h"
+
+namespace tellurion::scene {
+
+/// The planet out of one set of layers: its tiles, what of them is here and on its way, and the cut through them. When
+/// a layer joins, the ground of all tiles may be another, so another generation begins. One thread only.
+class Generation {
+ public:
+  Generation(ContentMaker maker, io::Executor& executor, TileFetches& fetches, Doorbell& bell)
+      : forest(std::move(maker)),
+        loading(forest, executor, fetches, bell),
+        selector_(forest.maker().tiling, forest.maker().ellipsoid) {}
+
+  TileForest forest;
+  TileLoading loading;
+
+  /// Takes in what has been made and cuts. Valid until the next call.
+  const Selection& cut(const View& view, const CutOptions& options, double exaggeration, const Residency* gpu);
+  /// All of them can be drawn, so the surface is whole.
+  bool rootsAreDrawable() const;
+
+ private:
+  const CutHistory* historyAt(const CutOptions& options);
+
+  Selector selector_;
+  std::array<CutMemory, 2> memories_;  ///< of the last time and of this one; which is which, history says
+  CutHistory history_{.last = &memories_[0], .now = &memories_[1]};
+  std::optional<double> time_s_;      ///< of memories' newer one
+  std::optional<double> lastTime_s_;  ///< and of the older
+};
+
+}  // namespace tellurion::scene

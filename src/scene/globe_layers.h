@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "io/resources.h"
+#include "raster/tile_source.h"
+
+namespace tellurion::scene {
+
+/// A layer's source, open or still to be opened.
+struct LayerSource {
+  using Pointer = std::shared_ptr<const raster::TileSource>;
+  using Opening = std::function<io::Result<Pointer>()>;
+
+  LayerSource() = default;
+  template <class Source>
+  LayerSource(std::shared_ptr<Source> source) : open(std::move(source)) {}  // NOLINT: as the pointer is one
+  /// opening: may wait for a network; called on a thread of the globe's own, again and again while it fails with
+  /// Failure::Code::ioError. name: for messages until it is open.
+  LayerSource(Opening how, std::string called) : opening(std::move(how)), name(std::move(called)) {}
+
+  Pointer open;     ///< null: has to be opened first
+  Opening opening;  ///< of those
+  std::string name;
+};
+
+/// The sources of a scene: what Globe draws from. Elevation and imagery, bottom first, all of the scene's tiling and
+/// body.
+struct GlobeLayers {
+  struct Imagery {
+    LayerSource source;
+    double opacity = 1.0;
+    bool nightLights = false;
+  };
+  std::vector<LayerSource> elevation;
+  std::vector<Imagery> imagery;
+  std::shared_ptr<io::Resources> resources;  ///< what network sources fetch with; may be null
+};
+
+}  // namespace tellurion::scene

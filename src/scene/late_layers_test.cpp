@@ -1,0 +1,341 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "geo/body.h"
+#include "geo/seed_test.h"
+#include "scene/drawn_ground.h"
+#include "scene/globe.h"
+#include "scene/remote_source_test.h"
+
+namespace tellurion::scene {
+namespace {
+
+using namespace std::chrono_literals;
+using tiling::Scheme;
+using tiling::TileId;
+
+View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
+  const Camera camera{
+      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
+      .heading = geo::Angle::degrees(heading),
+      .pitch = geo::Angle::degrees(pitch),
+      .roll = {}};
+  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 640, .height = 480});
+}
+
+/// Some way down to hills, oblique.
+View hillsView() {
+  return viewFrom(46.6, 8.0, 60e3, 20, -35);
+}
+
+struct Remote {
+  explicit Remote(raster::Kind kind, Scheme scheme = Scheme::cube, int depth = 6)
+      : planet(std::make_shared<ProceduralSource>(kind, scheme, depth)),
+        server(std::make_shared<FakeServer>()),
+        source(std::make_shared<RemoteSource>(planet, server)) {}
+  std::shared_ptr<ProceduralSource> planet;
+  std::shared_ptr<FakeServer> server;
+  std::shared_ptr<RemoteSource> source;
+};
+
+/// With room for all, so that nothing has to be asked for again.
+constexpr GlobeOptions kRoomy{.workers = 2, .cpuCacheBytes = std::uint64_t{4} << 30};
+
+std::unique_ptr<Globe> globeOf(GlobeLayers layers, Scheme scheme = Scheme::cube, GlobeOptions options = kRoomy) {
+  Scene scene;
+  scene.tiling = scheme;
+  return Globe::fromLayers(scene, std::move(layers), options).value();
+}
+
+/// Places all over the picture that see the ellipsoid.
+std::vector<geo::Direction> placesIn(const View& view, int columns = 24, int rows = 18) {
+  const geo::Ellipsoid earth = geo::earth().ellipsoid;
+  const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
+  const double y = std::tan(view.verticalFov.radians() / 2);
+  const double x = y * view.viewport.width / view.viewport.height;
+  std::vector<geo::Direction> out;
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < columns; ++col) {
+      const geo::Vec3 sight =
+          bodyFromView * geo::Vec3(x * (2.0 * (col + 0.5) / columns - 1.0), y * (1.0 - 2.0 * (row + 0.5) / rows), -1.0);
+      if (const auto hit = earth.intersect({view.eye, sight}))
+        out.push_back(earth.directionFromBody(view.eye + sight * *hit));
+    }
+  }
+  return out;
+}
+
+/// Every place is on exactly one drawn tile. The lowest edge of mountains beyond the horizon is left out by taking only
+/// views from above.
+void expectWhole(const Frame& frame, const tiling::Tiling& tiling, const std::vector<geo::Direction>& places) {
+  std::set<TileId> drawn;
+  for (const DrawnTile& tile : frame.tiles) {
+    ASSERT_TRUE(drawn.insert(tile.id).second);
+    ASSERT_TRUE(tile.mesh);
+  }
+  for (const geo::Direction& d : places) {
+    int covers = 0;
+    const TileId deepest = tiling.tileAt(d, 20);
+    for (int level = 0; level <= 20; ++level)
+      covers += drawn.count(deepest.ancestor(level)) != 0 ? 1 : 0;
+    ASSERT_EQ(covers, 1);
+  }
+}
+
+/// Updates, each server answering so many between two frames, until the frame is complete.
+const Frame& completed(Globe& globe, const View& view, const std::vector<std::shared_ptr<FakeServer>>& servers,
+                       int answers = 1000, const CutOptions& options = {}) {
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  const Frame* frame = &globe.update(view, options);
+  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+    for (const auto& server : servers)
+      server->serve(answers);
+    globe.waitForArrivals(20ms);
+    frame = &globe.update(view, options);
+  }
+  EXPECT_TRUE(frame->complete) << frame->statistics.tilesWanted << " wanted, " << frame->statistics.layersComing
+                               << " layers coming";
+  return *frame;
+}
+
+/// Updates for some frames, whatever comes.
+const Frame& passed(Globe& globe, const View& view, int frames = 30, const CutOptions& options = {}) {
+  const Frame* frame = nullptr;
+  for (int i = 0; i < frames; ++i) {
+    frame = &globe.update(view, options);
+    globe.waitForArrivals(5ms);
+  }
+  return *frame;
+}
+
+/// What is drawn, told apart by tile and by the bytes of its ground and of its colour.
+std::map<TileId, std::uint64_t> pictureOf(const Frame& frame) {
+  std::map<TileId, std::uint64_t> out;
+  for (const DrawnTile& tile : frame.tiles) {
+    std::uint64_t hash = 1469598103934665603u;
+    const auto mix = [&](const void* data, std::size_t bytes) {
+      for (std::size_t i = 0; i < bytes; ++i)
+        hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
+    };
+    mix(tile.mesh->vertices.data(), tile.mesh->vertices.size() * sizeof(TerrainVertex));
+    if (tile.colour) {
+      const auto& finest = tile.colour->mips.front().samples;
+      mix(finest.data(), finest.size() * sizeof(finest.front()));
+    }
+    out[tile.id] = hash;
+  }
+  return out;
+}
+
+/// Nothing was asked for twice but what was turned away from before it was used.
+void expectAskedOnce(const FakeServer& server) {
+  int again = 0;
+  for (const auto& [id, count] : server.asked())
+    again += count - 1;
+  EXPECT_LE(again, server.cancelled());
+}
+
+class LateLayers : public testing::TestWithParam<Scheme> {};
+INSTANTIATE_TEST_SUITE_P(All, LateLayers, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
+                         [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
+
+TEST_P(LateLayers, theSurfaceIsWholeWhileServersAreDeadThenSlowThenWell) {
+  const View view = hillsView();
+  const auto places = placesIn(view);
+  const tiling::Tiling tiling(GetParam());
+  Remote ground(raster::Kind::elevation, GetParam());
+  Remote colours(raster::Kind::imagery, GetParam());
+  const auto globe =
+      globeOf({.elevation = {ground.source}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  // Dead: a bare planet, once its roots are made.
+  const Frame* frame = &passed(*globe, view);
+  for (int i = 0; i < 20; ++i) {
+    expectWhole(globe->update(view), tiling, places);
+    globe->waitForArrivals(5ms);
+  }
+  frame = &globe->update(view);
+  EXPECT_FALSE(frame->complete);
+  EXPECT_EQ(frame->statistics.layersComing, 2);
+  EXPECT_EQ(globe->groundHeight_m(geo::directionFromDegrees(46.6, 8.0)), 0.0);
+  // Slow, one answer a frame, then dead again, then well: whole in every frame.
+  for (int i = 0; i < 150; ++i) {
+    if (i < 60 || i > 90) {
+      ground.server->serve(1);
+      colours.server->serve(1);
+    }
+    expectWhole(globe->update(view), tiling, places);
+    if (HasFatalFailure()) return;
+    globe->waitForArrivals(5ms);
+  }
+  const auto late = pictureOf(completed(*globe, view, {ground.server, colours.server}));
+  EXPECT_NE(globe->groundHeight_m(geo::directionFromDegrees(46.6, 8.0)), 0.0);
+  expectAskedOnce(*ground.server);
+  expectAskedOnce(*colours.server);
+  EXPECT_EQ(ground.source->unpreparedLoads() + colours.source->unpreparedLoads(), 0);
+  // The same as if all had been there from the start.
+  const auto local =
+      globeOf({.elevation = {ground.planet}, .imagery = {{.source = colours.planet}}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+/// Ground of this machine under ground of a server that ends and fades in the middle of the picture: what tiles of
+/// several levels need beside each other is prepared too.
+TEST_P(LateLayers, whatEdgesNeedOfCoarserTilesIsPreparedToo) {
+  const View view = hillsView();
+  const geo::Direction middle = geo::directionFromDegrees(47.0, 8.2);
+  const tiling::Tiling tiling(GetParam());
+  Remote patch(raster::Kind::elevation, GetParam(), 9);
+  patch.planet->height = [](const geo::Direction& d) { return 500.0 + hillsAt(d); };
+  patch.planet->stored = [=](const TileId& id) {
+    const auto cap = tiling.cap(id);
+    return geo::angleBetween(cap.centre, middle).degrees() < cap.radius.degrees() + 0.05;
+  };
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 5);
+  // Little memory: what is needed again has to be prepared again.
+  const auto globe = globeOf({.elevation = {planet, patch.source}, .imagery = {}, .resources = {}}, GetParam(),
+                             {.workers = 2, .cpuCacheBytes = 1u << 20});
+  const auto late = pictureOf(completed(*globe, view, {patch.server}, 3));
+  EXPECT_EQ(patch.source->unpreparedLoads(), 0);
+  EXPECT_TRUE(globe->failures().empty());
+  const auto local = globeOf({.elevation = {planet, patch.planet}, .imagery = {}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {
+  Remote colours(raster::Kind::imagery, Scheme::cube, 9);
+  const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}});
+  const View here = viewFrom(0, 0, 100e3, 0, -60);
+  const View there = viewFrom(0, 170, 100e3, 0, -60);
+  for (int i = 0; i < 1000 && (i < 5 || colours.server->waiting() == 0); ++i) {
+    if (i < 5) colours.server->serve(6);
+    passed(*globe, here, 3);
+  }
+  ASSERT_GT(colours.server->waiting(), 0u);
+  const int before = colours.server->cancelled();
+  globe->update(there);
+  EXPECT_GT(colours.server->cancelled(), before);
+  completed(*globe, there, {colours.server});
+  // Back again: only what was turned away from is asked for a second time.
+  completed(*globe, here, {colours.server});
+  expectAskedOnce(*colours.server);
+}
+
+TEST(LateLayers, aServerOfOneLayerThatIsDeadKeepsNoOtherLayerBack) {
+  const View view = hillsView();
+  Remote dead(raster::Kind::elevation);
+  Remote well(raster::Kind::imagery);
+  const auto globe = globeOf({.elevation = {dead.source}, .imagery = {{.source = well.source}}, .resources = {}});
+  const Frame* frame = nullptr;
+  for (int i = 0; i < 400; ++i) {
+    well.server->serve(1000);
+    frame = &globe->update(view);
+    if (frame->statistics.layersComing == 1 && frame->statistics.tilesWanted == 0) break;
+    globe->waitForArrivals(20ms);
+  }
+  EXPECT_EQ(frame->statistics.layersComing, 1);
+  EXPECT_EQ(frame->statistics.tilesWanted, 0);
+  EXPECT_FALSE(frame->complete);
+  for (const DrawnTile& tile : frame->tiles)
+    EXPECT_TRUE(tile.colour);
+  // The elevation comes after all.
+  const auto late = pictureOf(completed(*globe, view, {dead.server, well.server}));
+  const auto local = globeOf({.elevation = {dead.planet}, .imagery = {{.source = well.planet}}, .resources = {}});
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+  expectAskedOnce(*dead.server);
+  expectAskedOnce(*well.server);
+}
+
+TEST(LateLayers, whatIsDrawnStaysUntilTheNewIsAsGood) {
+  const View view = hillsView();
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 6);
+  Remote colours(raster::Kind::imagery);
+  const auto globe = globeOf({.elevation = {planet}, .imagery = {{.source = colours.source}}, .resources = {}});
+  std::size_t fewest = 0;
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  for (;;) {
+    const Frame& frame = globe->update(view);
+    if (frame.statistics.tilesWanted == 0) break;
+    ASSERT_LT(std::chrono::steady_clock::now(), end);
+    globe->waitForArrivals(20ms);
+  }
+  const std::size_t settled = globe->update(view).tiles.size();
+  fewest = settled;
+  ASSERT_GT(settled, 20u);
+  // All colours come at once: no frame in between falls back to the roots.
+  for (;;) {
+    colours.server->serve(1000);
+    const Frame& frame = globe->update(view);
+    fewest = std::min(fewest, frame.tiles.size());
+    if (frame.complete) break;
+    ASSERT_LT(std::chrono::steady_clock::now(), end);
+    globe->waitForArrivals(20ms);
+  }
+  EXPECT_EQ(fewest, settled);
+}
+
+TEST(LateLayers, sourcesAreOpenedOnAnotherThreadAndAgainWhileTheyFail) {
+  const View view = hillsView();
+  Remote colours(raster::Kind::imagery);
+  std::atomic<int> tries{0};
+  const LayerSource::Opening opening = [&]() -> io::Result<LayerSource::Pointer> {
+    std::this_thread::sleep_for(20ms);
+    if (++tries < 2) return io::fail(io::Failure::Code::ioError, "the server does not answer");
+    return LayerSource::Pointer(colours.source);
+  };
+  const auto globe =
+      globeOf({.elevation = {}, .imagery = {{.source = LayerSource(opening, "http://there")}}, .resources = {}});
+  const Frame* frame = &globe->update(view);
+  EXPECT_EQ(frame->statistics.layersComing, 1);
+  bool told = false;
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+    colours.server->serve(1000);
+    globe->waitForArrivals(20ms);
+    frame = &globe->update(view);
+    for (const io::Failure& trouble : globe->troubles())
+      told = told || io::describe(trouble) == "http://there: the server does not answer";
+  }
+  EXPECT_TRUE(frame->complete);
+  EXPECT_TRUE(told);
+  EXPECT_TRUE(globe->troubles().empty());
+  EXPECT_TRUE(globe->failures().empty());
+  EXPECT_EQ(tries, 2);
+}
+
+TEST(LateLayers, aLayerThatNeverCanBeOpenedIsAFailureAndTheRestIsDrawn) {
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 4);
+  Remote wrong(raster::Kind::imagery, Scheme::healpix);
+  const LayerSource::Opening opensWrong = [&] { return LayerSource::Pointer(wrong.source); };
+  const LayerSource::Opening fails = [&]() -> io::Result<LayerSource::Pointer> {
+    return io::fail(io::Failure::Code::notFound, "no layer 'x'; the server offers: y", "http://there");
+  };
+  const auto globe =
+      globeOf({.elevation = {planet},
+               .imagery = {{.source = LayerSource(opensWrong, "a")}, {.source = LayerSource(fails, "b")}},
+               .resources = {}});
+  const Frame& frame = completed(*globe, hillsView(), {});
+  EXPECT_EQ(frame.statistics.failures, 2u);
+  ASSERT_EQ(globe->failures().size(), 2u);
+  EXPECT_GT(frame.tiles.size(), 20u);
+}
+
+TEST(LateLayers, aGlobeThatGoesDoesNotWaitForServers) {
+  const auto start = std::chrono::steady_clock::now();
+  Remote ground(raster::Kind::elevation);
+  {
+    const auto globe = globeOf({.elevation = {ground.source}, .imagery = {}, .resources = {}});
+    passed(*globe, hillsView(), 3);
+    ground.server->serve(6);
+    for (int i = 0; i < 1000 && ground.server->waiting() == 0; ++i)
+      passed(*globe, hillsView(), 1);
+    EXPECT_GT(ground.server->waiting(), 0u);
+  }
+  EXPECT_EQ(ground.server->waiting(), 0u);
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 10s);
+}
+
+}  // namespace
+}  // namespace tellurion::scene

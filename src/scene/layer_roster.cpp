@@ -1,0 +1,266 @@
+#include "scene/layer_roster.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+namespace tellurion::scene {
+namespace {
+
+using raster::TileSourceInfo;
+
+constexpr double kRootPriority = 1e9;  ///< before any tile that is only wanted finer
+constexpr std::chrono::seconds kFirstRetry{1};
+constexpr std::chrono::seconds kLongestRetry{30};
+constexpr std::size_t kMostOpening = 8;  ///< at a time
+
+/// Why a source cannot be a layer of the scene; nothing when it can.
+std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tiling& tiling, const geo::Body& body,
+                                  raster::Kind kind, int cells) {
+  const auto wrong = [&](std::string message) {
+    return io::Failure{io::Failure::Code::invalidArgument, std::move(message), info.name};
+  };
+  if (info.kind != kind)
+    return wrong(fmt::format("holds {}, but the scene uses it as {}", raster::nameOf(info.kind), raster::nameOf(kind)));
+  if (info.scheme != tiling.scheme())
+    return wrong(fmt::format("is tiled as {}, the scene as {}; build it again with --tiling {}",
+                             tiling::nameOf(info.scheme), tiling::nameOf(tiling.scheme()),
+                             tiling::nameOf(tiling.scheme())));
+  if (!(info.body.ellipsoid == body.ellipsoid))
+    return wrong(fmt::format("is of the body {}, the scene of {}", info.body.name, body.name));
+  if (info.tileCells != cells)
+    return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info.tileCells, cells));
+  return std::nullopt;
+}
+
+bool isMeshable(int cells) {
+  return cells >= 4 && cells <= 128 && (cells & (cells - 1)) == 0;
+}
+
+/// The cells a side of the tiles of the first source that is open already, which all others must have.
+int cellsOf(const LayerSource& source, int soFar, bool& isFirst) {
+  if (!source.open || !isFirst) return soFar;
+  isFirst = false;
+  return source.open->info().tileCells;
+}
+
+}  // namespace
+
+struct LayerRoster::Entry {
+  enum class State : std::uint8_t {
+    opening,   ///< on a thread, or waiting to be tried again
+    fetching,  ///< its roots
+    ready,     ///< may take part
+    failed,    ///< never will
+  };
+  /// What the thread that opens it fills in.
+  struct Opened {
+    std::atomic<bool> done{false};
+    io::Result<LayerSource::Pointer> source;
+  };
+
+  raster::Kind kind = raster::Kind::elevation;
+  LayerSource source;
+  GlobeLayers::Imagery imagery;  ///< how it is shown; its source is `source`
+  State state = State::opening;
+  bool isTold = false;  ///< maker() has it
+  std::shared_ptr<LayerTiles> tiles;
+  std::vector<std::shared_ptr<TileFetch>> roots;
+  std::shared_ptr<Opened> opened;  ///< while a thread is at it
+  Clock::time_point retryAt;
+  std::chrono::seconds retryIn = kFirstRetry;
+  std::optional<io::Failure> trouble;
+};
+
+LayerRoster::LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell)
+    : tiling_(scene.tiling),
+      body_(scene.body),
+      fetches_(fetches),
+      bell_(bell),
+      ledger_(std::make_shared<LoadLedger>()) {}
+
+LayerRoster::~LayerRoster() = default;
+
+io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene, GlobeLayers layers,
+                                                             std::uint64_t budgetBytes, TileFetches& fetches,
+                                                             Doorbell& bell) {
+  std::unique_ptr<LayerRoster> roster(new LayerRoster(scene, fetches, bell));
+  const std::size_t count = layers.elevation.size() + layers.imagery.size();
+  roster->layerBudgetBytes_ = budgetBytes / std::max<std::size_t>(count, 1);
+
+  bool isFirst = true;
+  for (const LayerSource& source : layers.elevation)
+    roster->cells_ = cellsOf(source, roster->cells_, isFirst);
+  isFirst = true;
+  for (const GlobeLayers::Imagery& layer : layers.imagery)
+    roster->pixels_ = cellsOf(layer.source, roster->pixels_, isFirst);
+
+  std::size_t late = 0;
+  const auto take = [&](raster::Kind kind, LayerSource& source) -> std::optional<io::Failure> {
+    Entry& entry = roster->add(kind, std::move(source));
+    if (!entry.source.open) {
+      ++late;
+      return std::nullopt;
+    }
+    auto wrong = misfit(entry.source.open->info(), roster->tiling_, roster->body_, kind,
+                        kind == raster::Kind::elevation ? roster->cells_ : roster->pixels_);
+    if (!wrong && kind == raster::Kind::elevation && !isMeshable(roster->cells_))
+      wrong =
+          io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
+                      entry.source.open->info().name};
+    if (!wrong) roster->fetchRoots(entry);
+    return wrong;
+  };
+  for (LayerSource& source : layers.elevation) {
+    if (auto wrong = take(raster::Kind::elevation, source)) return tl::unexpected(std::move(*wrong));
+  }
+  for (GlobeLayers::Imagery& layer : layers.imagery) {
+    if (auto wrong = take(raster::Kind::imagery, layer.source)) return tl::unexpected(std::move(*wrong));
+    roster->imagery_.back()->imagery = std::move(layer);
+  }
+  if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
+  return roster;
+}
+
+LayerRoster::Entry& LayerRoster::add(raster::Kind kind, LayerSource source) {
+  auto entry = std::make_unique<Entry>();
+  entry->kind = kind;
+  entry->source = std::move(source);
+  auto& all = kind == raster::Kind::elevation ? elevation_ : imagery_;
+  return *all.emplace_back(std::move(entry));
+}
+
+void LayerRoster::open(Entry& entry) {
+  entry.opened = std::make_shared<Entry::Opened>();
+  opener_->submit(0.0, [this, slot = entry.opened, how = entry.source.opening] {
+    slot->source = how();
+    slot->done.store(true, std::memory_order_release);
+    bell_.ring();
+  });
+}
+
+void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
+  const auto slot = std::exchange(entry.opened, nullptr);
+  if (!slot->source) {
+    entry.trouble = slot->source.error();
+    if (slot->source.error().code != io::Failure::Code::ioError) {
+      entry.state = Entry::State::failed;
+      ledger_->add(*std::exchange(entry.trouble, std::nullopt));
+    }
+    entry.retryAt = now + entry.retryIn;
+    entry.retryIn = std::min(2 * entry.retryIn, kLongestRetry);
+    return;
+  }
+  entry.trouble.reset();
+  entry.source.open = std::move(*slot->source);
+  auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind,
+                      entry.kind == raster::Kind::elevation ? cells_ : pixels_);
+  if (wrong) {
+    entry.state = Entry::State::failed;
+    ledger_->add(std::move(*wrong));
+  } else {
+    fetchRoots(entry);
+  }
+}
+
+void LayerRoster::fetchRoots(Entry& entry) {
+  entry.tiles = std::make_shared<LayerTiles>(entry.source.open, layerBudgetBytes_, ledger_);
+  entry.state = Entry::State::fetching;
+  for (int root = 0; entry.tiles->tellsPresence() && root < tiling_.rootCount(); ++root) {
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    if (entry.tiles->storedLevel(id) < 0) continue;
+    auto fetch = fetches_.fetch(*entry.tiles, id, kRootPriority);
+    if (fetch) entry.roots.push_back(std::move(fetch));
+  }
+  if (entry.roots.empty()) entry.state = Entry::State::ready;
+}
+
+bool LayerRoster::rootsAreHere(const Entry& entry) {
+  return std::all_of(entry.roots.begin(), entry.roots.end(), [](const auto& root) { return root->isReady(); });
+}
+
+bool LayerRoster::advance(Clock::time_point now) {
+  bool changed = false;
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (entry->state == Entry::State::opening) {
+        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now);
+        if (entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt) open(*entry);
+      }
+      if (entry->state == Entry::State::fetching && rootsAreHere(*entry)) entry->state = Entry::State::ready;
+      changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
+    }
+  }
+  return changed;
+}
+
+bool LayerRoster::isDue(Clock::time_point now) const {
+  const auto isDueNow = [&](const auto& entry) {
+    return entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt;
+  };
+  return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
+         std::any_of(imagery_.begin(), imagery_.end(), isDueNow);
+}
+
+ContentMaker LayerRoster::maker(bool regularMesh) {
+  std::vector<std::shared_ptr<LayerTiles>> ground;
+  std::vector<ColourLayers::Layer> colours;
+  for (const auto& entry : elevation_) {
+    entry->isTold = entry->state == Entry::State::ready;
+    if (entry->isTold) ground.push_back(entry->tiles);
+  }
+  for (const auto& entry : imagery_) {
+    entry->isTold = entry->state == Entry::State::ready;
+    colours.push_back({.tiles = entry->isTold ? entry->tiles : nullptr,
+                       .opacity = entry->imagery.opacity,
+                       .nightLights = entry->imagery.nightLights});
+  }
+  return {.tiling = tiling_,
+          .ellipsoid = body_.ellipsoid,
+          .ground = GroundLayers(tiling_, std::move(ground), cells_),
+          .colours = ColourLayers(std::move(colours), pixels_),
+          .regularMesh = regularMesh};
+}
+
+void LayerRoster::rootsAreMade() {
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (entry->isTold) entry->roots.clear();
+    }
+  }
+}
+
+int LayerRoster::coming() const {
+  int count = 0;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    count += static_cast<int>(std::count_if(all->begin(), all->end(), [](const auto& entry) {
+      return !entry->isTold && entry->state != Entry::State::failed;
+    }));
+  }
+  return count;
+}
+
+std::uint64_t LayerRoster::bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all)
+      bytes += entry->tiles ? entry->tiles->bytes() : 0;
+  }
+  return bytes;
+}
+
+std::vector<io::Failure> LayerRoster::troubles() const {
+  std::vector<io::Failure> out;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (!entry->trouble) continue;
+      out.push_back(*entry->trouble);
+      if (out.back().where.empty()) out.back().where = entry->source.name;
+    }
+  }
+  return out;
+}
+
+}  // namespace tellurion::scene

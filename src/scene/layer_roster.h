@@ -1,0 +1,72 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "io/executor.h"
+#include "scene/globe_layers.h"
+#include "scene/scene_file.h"
+#include "scene/tile_content.h"
+#include "scene/tile_fetching.h"
+
+namespace tellurion::scene {
+
+/// Which layers of a scene take part. One on a server does from when it is open and the data of its root tiles are
+/// here, so that what is drawn never waits for it; one of this machine from the start. One thread only; opens sources
+/// on threads of its own.
+class LayerRoster {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Fails when sources that are open do not fit the scene or each other. budgetBytes: for all decoded tiles. The
+  /// fetches and the bell must outlive it.
+  static io::Result<std::unique_ptr<LayerRoster>> create(const Scene& scene, GlobeLayers layers,
+                                                         std::uint64_t budgetBytes, TileFetches& fetches,
+                                                         Doorbell& bell);
+  ~LayerRoster();
+  LayerRoster(const LayerRoster&) = delete;
+  LayerRoster& operator=(const LayerRoster&) = delete;
+
+  /// Takes in what has been opened or has come, and opens again what failed. True: more layers may take part than
+  /// maker() was told the last time.
+  bool advance(Clock::time_point now);
+  /// A source that failed is to be opened again: advance() has something to do.
+  bool isDue(Clock::time_point now) const;
+  /// What makes contents of all layers that may take part now; the others are left out.
+  ContentMaker maker(bool regularMesh);
+  /// Roots of what maker() told have been made, so their data may go.
+  void rootsAreMade();
+
+  /// Layers that maker() does not know yet and that may still come.
+  int coming() const;
+  std::uint64_t bytes() const;  ///< of decoded tiles
+  LoadLedger& ledger() { return *ledger_; }
+  /// Layers that cannot be opened now, and why; they are tried again.
+  std::vector<io::Failure> troubles() const;
+
+ private:
+  struct Entry;
+  LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
+  Entry& add(raster::Kind kind, LayerSource source);
+  void open(Entry& entry);
+  void takeOpened(Entry& entry, Clock::time_point now);
+  void fetchRoots(Entry& entry);
+  static bool rootsAreHere(const Entry& entry);
+
+  tiling::Tiling tiling_;
+  geo::Body body_;
+  TileFetches& fetches_;
+  Doorbell& bell_;
+  std::shared_ptr<LoadLedger> ledger_;
+  std::uint64_t layerBudgetBytes_ = 0;
+  int cells_ = raster::kElevationCells;
+  int pixels_ = raster::kImageryPixels;
+  std::vector<std::unique_ptr<Entry>> elevation_;
+  std::vector<std::unique_ptr<Entry>> imagery_;
+  std::unique_ptr<io::Executor> opener_;  ///< last: its threads ring the bell and fill entries
+};
+
+}  // namespace tellurion::scene

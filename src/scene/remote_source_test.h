@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "raster/tile_source.h"
+#include "scene/procedural_source_test.h"
+
+namespace tellurion::scene {
+
+/// A server that answers when the test says so: what is prepared waits in it. Thread-safe.
+class FakeServer {
+ public:
+  struct Request {
+    tiling::TileId id;
+    double priority = 0.0;
+    std::uint64_t arrival = 0;
+    std::function<void()> ready;
+    bool served = false;
+    bool used = false;  ///< loaded from
+  };
+  enum class Order { mostUrgent, firstCome };
+  /// cancels: else what is let go of has its turn all the same, as a line that knows no cancelling would have it.
+  explicit FakeServer(bool cancels = true) : cancels_(cancels) {}
+
+  std::shared_ptr<Request> ask(const tiling::TileId& id, double priority, std::function<void()> ready) {
+    const std::lock_guard lock(mutex_);
+    auto request = std::make_shared<Request>(Request{id, priority, arrivals_++, std::move(ready)});
+    waiting_.push_back(request);
+    ++asked_[id];
+    return request;
+  }
+  void setPriority(Request& request, double priority) {
+    const std::lock_guard lock(mutex_);
+    request.priority = priority;
+  }
+  void drop(const std::shared_ptr<Request>& request) {
+    const std::lock_guard lock(mutex_);
+    if (!request->used) ++cancelled_;
+    if (request->served) {
+      std::erase(held_, request);
+    } else if (cancels_) {
+      std::erase(waiting_, request);
+    } else {
+      request->ready = [] {};
+    }
+  }
+  /// Whether someone holds what was answered for it, which is used now.
+  bool use(const tiling::TileId& id) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::find_if(held_.begin(), held_.end(), [&](const auto& held) { return held->id == id; });
+    if (found == held_.end()) return false;
+    (*found)->used = true;
+    return true;
+  }
+
+  /// Answers as many as these; returns how many.
+  int serve(int count, Order order = Order::mostUrgent) {
+    int served = 0;
+    const std::lock_guard lock(mutex_);
+    for (; served < count && !waiting_.empty(); ++served) {
+      const auto next = std::min_element(waiting_.begin(), waiting_.end(), [&](const auto& a, const auto& b) {
+        if (order == Order::mostUrgent && a->priority != b->priority) return a->priority > b->priority;
+        return a->arrival < b->arrival;
+      });
+      (*next)->served = true;
+      held_.push_back(*next);
+      (*next)->ready();
+      waiting_.erase(next);
+    }
+    return served;
+  }
+  std::size_t waiting() const {
+    const std::lock_guard lock(mutex_);
+    return waiting_.size();
+  }
+  /// Requests that were let go of before anybody loaded what they brought.
+  int cancelled() const {
+    const std::lock_guard lock(mutex_);
+    return cancelled_;
+  }
+  /// How often each tile was asked for.
+  std::map<tiling::TileId, int> asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+
+ private:
+  bool cancels_;
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<Request>> waiting_;
+  std::map<tiling::TileId, int> asked_;
+  std::vector<std::shared_ptr<Request>> held_;
+  std::uint64_t arrivals_ = 0;
+  int cancelled_ = 0;
+};
+
+/// A procedural planet behind a server. A load that was not prepared fails, as from a dead server: nobody may count on
+/// it.
+class RemoteSource final : public raster::TileSource {
+ public:
+  RemoteSource(std::shared_ptr<ProceduralSource> planet, std::shared_ptr<FakeServer> server)
+      : planet_(std::move(planet)), server_(std::move(server)) {}
+
+  const raster::TileSourceInfo& info() const override { return planet_->info(); }
+  std::optional<raster::TilePresence> presence(const tiling::TileId& id) const override {
+    const int deepest = info().maxLevel;
+    if (id.level > deepest || !planet_->stored(id)) return raster::TilePresence{};
+    raster::TilePresence told{.stored = true};
+    for (int q = 0; q < 4; ++q) {
+      if (id.level < deepest && planet_->stored(id.child(q)))
+        told.childMask = static_cast<std::uint8_t>(told.childMask | (1 << q));
+    }
+    return told;
+  }
+  std::unique_ptr<raster::Preparation> prepare(const tiling::TileId& id, double priority,
+                                               std::function<void()> ready) const override {
+    return std::make_unique<Waiting>(server_, server_->ask(id, priority, std::move(ready)));
+  }
+  io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {
+    if (server_->use(id)) return planet_->load(id);
+    ++unprepared_;
+    return io::fail(io::Failure::Code::ioError, "was not prepared", info().name);
+  }
+  int unpreparedLoads() const { return unprepared_; }
+
+ private:
+  class Waiting final : public raster::Preparation {
+   public:
+    Waiting(std::shared_ptr<FakeServer> server, std::shared_ptr<FakeServer::Request> request)
+        : server_(std::move(server)), request_(std::move(request)) {}
+    ~Waiting() override { server_->drop(request_); }
+    void setPriority(double priority) override { server_->setPriority(*request_, priority); }
+
+   private:
+    std::shared_ptr<FakeServer> server_;
+    std::shared_ptr<FakeServer::Request> request_;
+  };
+
+  std::shared_ptr<ProceduralSource> planet_;
+  std::shared_ptr<FakeServer> server_;
+  mutable std::atomic<int> unprepared_ = 0;
+};
+
+}  // namespace tellurion::scene

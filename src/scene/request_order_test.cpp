@@ -1,0 +1,153 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "geo/body.h"
+#include "scene/globe.h"
+#include "scene/remote_source_test.h"
+#include "scene/screen_share.h"
+
+namespace tellurion::scene {
+namespace {
+
+using namespace std::chrono_literals;
+using tiling::Scheme;
+using tiling::TileId;
+using Order = FakeServer::Order;
+
+View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
+  const Camera camera{
+      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
+      .heading = geo::Angle::degrees(heading),
+      .pitch = geo::Angle::degrees(pitch),
+      .roll = {}};
+  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
+}
+
+std::vector<geo::Direction> placesIn(const View& view) {
+  constexpr int kColumns = 40;
+  constexpr int kRows = 30;
+  const geo::Ellipsoid earth = geo::earth().ellipsoid;
+  const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
+  const double y = std::tan(view.verticalFov.radians() / 2);
+  const double x = y * view.viewport.width / view.viewport.height;
+  std::vector<geo::Direction> out;
+  for (int i = 0; i < kColumns * kRows; ++i) {
+    const double right = 2.0 * (i % kColumns + 0.5) / kColumns - 1.0;
+    const double up = 1.0 - 2.0 * (i / kColumns + 0.5) / kRows;
+    const geo::Vec3 sight = bodyFromView * geo::Vec3(x * right, y * up, -1.0);
+    if (const auto hit = earth.intersect({view.eye, sight}))
+      out.push_back(earth.directionFromBody(view.eye + sight * *hit));
+  }
+  return out;
+}
+
+std::vector<TileId> tilesAt(const Frame& frame, const std::vector<geo::Direction>& places) {
+  const tiling::Tiling tiling(Scheme::cube);
+  std::set<TileId> drawn;
+  for (const DrawnTile& tile : frame.tiles)
+    drawn.insert(tile.id);
+  std::vector<TileId> out;
+  for (const geo::Direction& d : places) {
+    TileId tile = tiling.tileAt(d, 20);
+    while (tile.level > 0 && drawn.count(tile) == 0)
+      tile = tile.parent();
+    out.push_back(tile);
+  }
+  return out;
+}
+
+struct Planet {
+  explicit Planet(Order order = Order::mostUrgent)
+      : server(std::make_shared<FakeServer>(order == Order::mostUrgent)),
+        elevation(std::make_shared<RemoteSource>(
+            std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 8), server)),
+        imagery(std::make_shared<RemoteSource>(
+            std::make_shared<ProceduralSource>(raster::Kind::imagery, Scheme::cube, 10), server)) {
+    Scene scene;
+    globe = Globe::fromLayers(scene, {.elevation = {elevation}, .imagery = {{.source = imagery}}, .resources = {}},
+                              {.workers = 1, .cpuCacheBytes = std::uint64_t{4} << 30})
+                .value();
+  }
+  /// Lets workers finish all that they can without the server.
+  const Frame& settled(const View& view) {
+    for (;;) {
+      const Frame& frame = globe->update(view, {.time_s = time_s});
+      time_s += 1.0;
+      if (!globe->waitForArrivals(frame.morphing ? 0ms : 3ms) && !frame.morphing) return frame;
+    }
+  }
+  double time_s = 0.0;
+  std::shared_ptr<FakeServer> server;
+  std::shared_ptr<RemoteSource> elevation;
+  std::shared_ptr<RemoteSource> imagery;
+  std::unique_ptr<Globe> globe;
+};
+
+/// A line that brings one tile a tick. Looks around for a while, then stays; counts the ticks from there until 90% of
+/// the picture are final.
+int ticksUntilFinal(Order order, const std::vector<View>& before, const View& view,
+                    const std::vector<geo::Direction>& places, const std::vector<TileId>& final) {
+  constexpr int kTicksEach = 12;
+  constexpr int kMost = 3000;
+  Planet p(order);
+  for (const View& passing : before) {
+    for (int tick = 0; tick < kTicksEach; ++tick) {
+      p.server->serve(1, order);
+      p.settled(passing);
+    }
+  }
+  for (int tick = 0; tick < kMost; ++tick) {
+    const std::vector<TileId> now = tilesAt(p.settled(view), places);
+    std::size_t same = 0;
+    for (std::size_t i = 0; i < final.size(); ++i)
+      same += now[i] == final[i] ? 1u : 0u;
+    if (10 * same >= 9 * final.size()) return tick;
+    p.server->serve(1, order);
+  }
+  return kMost;
+}
+
+/// Against a line that brings things in the order in which they were asked for, and cancels nothing.
+TEST(RequestOrder, ninetyPercentOfThePictureIsFinalInHalfTheTime) {
+  std::vector<View> before;
+  for (int i = 0; i < 8; ++i)
+    before.push_back(viewFrom(46.6, 8.0, 20e3, 20 + 45 * i, -12));
+  const View view = viewFrom(46.6, 8.0, 20e3, 20, -12);
+  const auto places = placesIn(view);
+  Planet all;
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (!all.settled(view).complete && std::chrono::steady_clock::now() < end)
+    all.server->serve(1000);
+  const auto final = tilesAt(all.settled(view), places);
+  const int urgent = ticksUntilFinal(Order::mostUrgent, before, view, places, final);
+  const int inOrder = ticksUntilFinal(Order::firstCome, before, view, places, final);
+  std::printf("90%% final: most urgent first %d, in the order of asking %d ticks\n", urgent, inOrder);
+  const int standing = ticksUntilFinal(Order::mostUrgent, {}, view, places, final);
+  const int standingInOrder = ticksUntilFinal(Order::firstCome, {}, view, places, final);
+  std::printf("from the start: %d, %d\n", standing, standingInOrder);
+  EXPECT_LE(2 * urgent, inOrder);
+}
+
+TEST(ScreenShare, isThePartOfThePictureThatABoxCovers) {
+  const View view = viewFrom(0, 0, 1000e3, 0, -90);
+  const geo::BodyPosition below = geo::earth().ellipsoid.bodyFromDirection(geo::directionFromDegrees(0, 0), 0.0);
+  // Flat, at 1000 km: the picture is 2 tan(22.5 degrees) 1000 km high there, 4/3 as wide.
+  const double height_m = 2.0 * std::tan(geo::kPi / 8) * 1000e3;
+  const auto boxOf = [&](double northSouth_m, double eastWest_m) {
+    return OrientedBox{.centre = below,
+                       .halfAxes = {geo::Vec3(0.0, eastWest_m / 2, 0.0), geo::Vec3(0.0, 0.0, northSouth_m / 2),
+                                    geo::Vec3(0.0, 0.0, 0.0)}};
+  };
+  EXPECT_NEAR(screenShare(boxOf(0.5 * height_m, 0.5 * height_m), view), 0.5 * 0.5 * 3 / 4, 1e-9);
+  EXPECT_NEAR(screenShare(boxOf(9 * height_m, 0.5 * height_m), view), 0.5 * 3 / 4, 1e-9);
+  OrientedBox beside = boxOf(0.1 * height_m, 0.1 * height_m);
+  beside.centre = beside.centre + geo::Vec3(0.0, 0.0, height_m);
+  EXPECT_EQ(screenShare(beside, view), 0.0);
+  beside.centre = view.eye;
+  EXPECT_EQ(screenShare(beside, view), 1.0);
+}
+
+}  // namespace
+}  // namespace tellurion::scene

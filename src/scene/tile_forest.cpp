@@ -1,0 +1,185 @@
+#include "scene/tile_forest.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace tellurion::scene {
+namespace {
+
+/// What a root's ground may be before it is loaded.
+HeightRange unknownRange(const geo::Ellipsoid& ellipsoid) {
+  const double share = 0.05 * ellipsoid.semiMinorAxis_m();
+  return {.low_m = -std::min(20e3, share), .high_m = std::min(30e3, share)};
+}
+
+/// What a tile is charged of a picture: one of an ancestor is copied once for all tiles that it is drawn on, so each is
+/// charged a part.
+std::uint64_t shareOf(std::uint64_t picture_bytes, int levelsBelow) {
+  return picture_bytes >> static_cast<unsigned>(2 * std::clamp(levelsBelow, 0, 2));
+}
+
+std::int64_t trianglesOf(const TerrainMesh& mesh) {
+  std::int64_t indices = mesh.interior.count;
+  for (const IndexRange& edge : mesh.fineEdge)
+    indices += edge.count;
+  return indices / 3;
+}
+
+}  // namespace
+
+void TileForest::begin(double exaggeration, const Residency* gpu) {
+  ++updates_;
+  exaggeration_ = exaggeration;
+  const std::uint64_t now = gpu != nullptr ? gpu->departures() : 0;
+  if (gpu != gpu_ || now != departures_) ++residency_;
+  gpu_ = gpu;
+  departures_ = now;
+}
+
+/// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
+/// the first of four children before the last has come, for ever.
+TileFacts* TileForest::use(const tiling::TileId& id, TileRecord& r) {
+  r.lastUse = updates_;
+  if (r.madeFor != exaggeration_) {
+    makeBox(id, r);
+    if (r.content) takeFacts(id, r);
+  }
+  takeCopies(id.level, r);
+  return &r;
+}
+
+TileFacts* TileForest::root(int root) {
+  const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+  return use(id, record(id));
+}
+
+std::array<TileFacts*, 4> TileForest::children(const tiling::TileId& id, TileFacts& facts) {
+  TileRecord& r = static_cast<TileRecord&>(facts);
+  std::array<TileFacts*, 4> out{};
+  for (int q = 0; q < 4; ++q) {
+    TileRecord*& child = r.children[static_cast<std::size_t>(q)];
+    if (child == nullptr) child = &record(id.child(q));
+    out[static_cast<std::size_t>(q)] = use(id.child(q), *child);
+  }
+  return out;
+}
+
+/// What is on the GPU stays there, and is not asked for again, until something leaves.
+void TileForest::takeCopies(int level, TileRecord& r) const {
+  if (gpu_ == nullptr || !r.content) {
+    r.copy_bytes = 0;
+    r.residency = 0;
+  } else if (r.copy_bytes > 0 || r.residency != residency_) {
+    const TileContent& c = *r.content;
+    const Residency::MissingBytes missing = gpu_->missing(*c.mesh, c.colour.get(), c.relief.get());
+    r.copy_bytes =
+        missing.mesh + shareOf(missing.colour, level - c.colourLevel) + shareOf(missing.relief, level - c.reliefLevel);
+    r.residency = residency_;
+  }
+}
+
+TileRecord& TileForest::record(const tiling::TileId& id) {
+  const auto [found, isNew] = records_.try_emplace(id);
+  if (isNew) {
+    found->second.corners = tileCorners(maker_.tiling, id);
+    found->second.around = tilesAround(maker_.tiling, id);
+    makeBox(id, found->second);
+  }
+  return found->second;
+}
+
+const TileRecord* TileForest::find(const tiling::TileId& id) const {
+  const auto found = records_.find(id);
+  return found != records_.end() ? &found->second : nullptr;
+}
+
+/// Metres by which a tile drawn as its parent's mesh may leave the parent's samples: that misses them by a little more
+/// than its tolerance.
+double TileForest::reachOfParent_m(const tiling::TileId& id) const {
+  return 2.0 * meshTolerance_m(maker_.tiling, maker_.ellipsoid, id.level - 1, maker_.ground.cells());
+}
+
+/// Holds ground of these heights as it is drawn.
+OrientedBox TileForest::drawnBox(const tiling::TileId& id, const HeightRange& range) const {
+  // What is lifted goes along normals of 16 bits, which lean by up to one part in 32767.
+  const double lean_m =
+      std::abs(exaggeration_ - 1.0) * std::max(std::abs(range.low_m), std::abs(range.high_m)) / 32767.0;
+  const HeightRange drawn{.low_m = range.low_m * exaggeration_, .high_m = range.high_m * exaggeration_};
+  return grown(estimatedBox(maker_.tiling, maker_.ellipsoid, id, drawn), lean_m);
+}
+
+/// What is known of a tile without its content: a box from what its parent tells.
+void TileForest::makeBox(const tiling::TileId& id, TileRecord& r) const {
+  r.madeFor = exaggeration_;
+  HeightRange range = unknownRange(maker_.ellipsoid);
+  if (id.level > 0) {
+    const TileRecord* parent = find(id.parent());
+    if (parent != nullptr && parent->content)
+      range = parent->content->childRange[static_cast<std::size_t>(id.quadrant())];
+    const double reach_m = reachOfParent_m(id);
+    range = {.low_m = range.low_m - reach_m, .high_m = range.high_m + reach_m};
+  }
+  r.box = drawnBox(id, range);
+}
+
+/// What its content adds.
+void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
+  const TileContent& content = *r.content;
+  const double more = std::max(1.0, exaggeration_);
+  r.drawable = true;
+  r.error_m = content.error_m * more;
+  r.texel_m = content.texel_m;
+  r.spacing_m = content.spacing_m;
+  r.triangles = trianglesOf(*content.mesh);
+  r.bytes = content.bytes;
+  r.tightBox =
+      exaggeration_ == 1.0 ? content.box : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
+  // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
+  // when they came.
+  if (id.level == 0) r.box = r.tightBox;
+}
+
+void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileContent> content) {
+  TileRecord& r = record(id);
+  r.job.reset();
+  r.content = std::move(content);
+  if (r.madeFor != exaggeration_) makeBox(id, r);
+  takeFacts(id, r);
+  r.lastUse = updates_;
+  contentBytes_ += r.content->bytes;
+}
+
+double TileForest::occluderDepth_m() const {
+  double lowest_m = 0.0;
+  for (int root = 0; root < maker_.tiling.rootCount(); ++root) {
+    const TileRecord* found = find({.level = 0, .root = static_cast<std::uint8_t>(root)});
+    const bool known = found != nullptr && found->content;
+    lowest_m = std::min(lowest_m, (known ? found->content->range : unknownRange(maker_.ellipsoid)).low_m);
+  }
+  return -lowest_m * exaggeration_;
+}
+
+void TileForest::evict(std::uint64_t budgetBytes) {
+  constexpr std::size_t kRecordsKept = 20000;
+  if (contentBytes_ <= budgetBytes && records_.size() <= kRecordsKept) return;
+  std::vector<std::pair<std::uint64_t, tiling::TileId>> unused;
+  for (const auto& [id, r] : records_) {
+    if (!r.job && r.lastUse != updates_ && r.lastWanted != updates_) unused.emplace_back(r.lastUse, id);
+  }
+  // The longest unused first, of those the deepest: children go before their parents.
+  std::sort(unused.begin(), unused.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second.level > b.second.level;
+  });
+  for (const auto& [use, id] : unused) {
+    if (contentBytes_ <= budgetBytes && records_.size() <= kRecordsKept / 2) return;
+    const auto found = records_.find(id);
+    if (found->second.content) contentBytes_ -= found->second.content->bytes;
+    const auto parent = id.level > 0 ? records_.find(id.parent()) : records_.end();
+    if (parent != records_.end()) parent->second.children[static_cast<std::size_t>(id.quadrant())] = nullptr;
+    records_.erase(found);
+  }
+}
+
+}  // namespace tellurion::scene
