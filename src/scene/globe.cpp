@@ -76,6 +76,7 @@ struct TileRecord final : TileFacts {
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<Job> job;      ///< asked for and not here yet
   std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
+  std::uint64_t visibility = 0;  ///< number of the layers in sight that facts.texel_m was made for
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
 };
@@ -147,6 +148,7 @@ struct Globe::State final : public TileTree {
       makeBox(id, r);
       if (r.content) takeFacts(id, r);
     }
+    if (r.content && r.visibility != visibility) takeTexels(r);
     takeCopies(id.level, r);
     return &r;
   }
@@ -172,11 +174,32 @@ struct Globe::State final : public TileTree {
       r.residency = 0;
     } else if (r.copy_bytes > 0 || r.residency != residency) {
       const TileContent& c = *r.content;
-      const Residency::MissingBytes missing = gpu->missing(*c.mesh, c.colour.get(), c.relief.get());
-      r.copy_bytes = missing.mesh + shareOf(missing.colour, level - c.colourLevel) +
-                     shareOf(missing.relief, level - c.reliefLevel);
+      r.copy_bytes = gpu->missingBytes(*c.mesh);
+      if (c.relief) r.copy_bytes += shareOf(gpu->missingReliefBytes(*c.relief), level - c.reliefLevel);
+      for (std::size_t i = 0; i < c.pictures.size(); ++i) {
+        const LayerPicture& picture = c.pictures[i];
+        if (picture.image && frame.looks[i].visible)
+          r.copy_bytes += shareOf(gpu->missingColourBytes(*picture.image), level - picture.level);
+      }
       r.residency = residency;
     }
+  }
+
+  void takeTexels(TileRecord& r) const {
+    r.texel_m = texelOf_m(*r.content, maker.colours, frame.looks);
+    r.visibility = visibility;
+  }
+
+  /// What tiles miss, and how fine they must be, depends on which layers are visible.
+  void lookAtLayers() {
+    const auto sameAsBefore = [&](const LayerLook& look) {
+      return look.visible == wasVisible[static_cast<std::size_t>(&look - frame.looks.data())];
+    };
+    if (std::ranges::all_of(frame.looks, sameAsBefore)) return;
+    for (std::size_t i = 0; i < frame.looks.size(); ++i)
+      wasVisible[i] = frame.looks[i].visible;
+    ++visibility;
+    ++residency;
   }
 
   void lookAt(const Residency* residencyNow) {
@@ -208,7 +231,7 @@ struct Globe::State final : public TileTree {
   void cancelUnwanted();
   void fillFrame(const View& view, const Selection& selection);
   void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile) const;
+  DrawnTile drawn(const SelectedTile& tile);
   void evict();
   Light lightFor(const View& view) const;
 
@@ -231,6 +254,9 @@ struct Globe::State final : public TileTree {
   const Residency* gpu = nullptr;    ///< of this update
   std::uint64_t departures = 0;      ///< of that
   std::uint64_t residency = 0;       ///< rises when something may have left, and with another GPU
+  std::vector<std::string> imageryNames;
+  std::vector<bool> wasVisible;  ///< of each imagery layer
+  std::uint64_t visibility = 1;  ///< rises when that changes
   Frame frame;
   Arrivals arrivals;
   io::Executor executor;  ///< last: its workers use what stands above
@@ -271,7 +297,7 @@ void Globe::State::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   const double more = std::max(1.0, frame.exaggeration);
   r.drawable = true;
   r.error_m = content.error_m * more;
-  r.texel_m = content.texel_m;
+  takeTexels(r);
   r.spacing_m = content.spacing_m;
   r.triangles = trianglesOf(*content.mesh);
   r.bytes = content.bytes;
@@ -362,16 +388,23 @@ void Globe::State::cancelUnwanted() {
   });
 }
 
-DrawnTile Globe::State::drawn(const SelectedTile& tile) const {
+DrawnTile Globe::State::drawn(const SelectedTile& tile) {
   const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
                 .coarseEdges = tile.coarseEdges,
                 .morph = tile.morph,
-                .colour = content.colour,
+                .firstPicture = static_cast<std::uint32_t>(frame.pictures.size()),
                 .relief = content.relief,
                 .error_px = tile.error_px};
-  if (out.colour) out.colourWindow = windowIn(tile.id, content.colourLevel, maker.colours.pixels(), raster::kGutter);
+  for (std::size_t i = 0; i < content.pictures.size(); ++i) {
+    const LayerPicture& picture = content.pictures[i];
+    if (!picture.image) continue;
+    frame.pictures.push_back({.image = picture.image,
+                              .window = windowIn(tile.id, picture.level, maker.colours.pixels(i), raster::kGutter),
+                              .layer = static_cast<std::uint32_t>(i)});
+    ++out.pictureCount;
+  }
   if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
   return out;
 }
@@ -401,6 +434,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
   frame.tiles.clear();
+  frame.pictures.clear();
   for (const SelectedTile& tile : selection.drawn) {
     frame.tiles.push_back(drawn(tile));
     ++s.tilesALevel[tile.id.level];
@@ -459,38 +493,53 @@ io::Result<std::unique_ptr<Globe>> Globe::open(const Scene& scene, const GlobeOp
 io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLayers layers,
                                                      const GlobeOptions& options) {
   std::vector<const raster::TileSourceInfo*> elevation;
-  std::vector<const raster::TileSourceInfo*> imagery;
   for (const auto& source : layers.elevation)
     elevation.push_back(&source->info());
-  for (const auto& layer : layers.imagery)
-    imagery.push_back(&layer.source->info());
   const auto cells = commonCells(elevation, scene, raster::Kind::elevation, raster::kElevationCells);
   if (!cells) return tl::unexpected(cells.error());
-  const auto pixels = commonCells(imagery, scene, raster::Kind::imagery, raster::kImageryPixels);
-  if (!pixels) return tl::unexpected(pixels.error());
+  std::vector<int> pixels;  // a layer each
+  std::size_t imagerySets = 0;
+  for (const auto& layer : layers.imagery) {
+    std::vector<const raster::TileSourceInfo*> sets{&layer.source->info()};
+    for (const auto& set : layer.alsoFrom)
+      sets.push_back(&set->info());
+    const auto common = commonCells(sets, scene, raster::Kind::imagery, raster::kImageryPixels);
+    if (!common) return tl::unexpected(common.error());
+    pixels.push_back(*common);
+    imagerySets += sets.size();
+  }
 
-  const std::uint64_t budget = sourceBudget(options, elevation.size() + imagery.size());
+  const std::uint64_t budget = sourceBudget(options, elevation.size() + imagerySets);
   auto ledger = std::make_shared<LoadLedger>();
   std::vector<std::shared_ptr<LayerTiles>> all;
   std::vector<std::shared_ptr<LayerTiles>> ground;
   std::vector<ColourLayers::Layer> colours;
+  std::vector<LayerLook> looks;
+  std::vector<std::string> names;
   for (auto& source : layers.elevation)
     ground.push_back(std::make_shared<LayerTiles>(std::move(source), budget, ledger));
   for (auto& layer : layers.imagery) {
-    colours.push_back({.tiles = std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger),
-                       .opacity = layer.opacity,
-                       .nightLights = layer.nightLights});
-    all.push_back(colours.back().tiles);
+    looks.push_back(layer.look);
+    names.push_back(layer.name.empty() ? layer.source->info().name : layer.name);
+    ColourLayers::Layer& colour = colours.emplace_back();
+    colour.pixels = pixels[looks.size() - 1];
+    colour.sets.push_back(std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger));
+    for (auto& set : layer.alsoFrom)
+      colour.sets.push_back(std::make_shared<LayerTiles>(std::move(set), budget, ledger));
+    all.insert(all.end(), colour.sets.begin(), colour.sets.end());
   }
   all.insert(all.end(), ground.begin(), ground.end());
   const tiling::Tiling tiling(scene.tiling);
   ContentMaker maker{.tiling = tiling,
                      .ellipsoid = scene.body.ellipsoid,
                      .ground = GroundLayers(tiling, std::move(ground), *cells),
-                     .colours = ColourLayers(std::move(colours), *pixels),
+                     .colours = ColourLayers(std::move(colours)),
                      .regularMesh = options.regularMesh};
-  return std::unique_ptr<Globe>(
-      new Globe(std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger))));
+  auto state = std::make_unique<State>(scene, options, std::move(maker), std::move(all), std::move(ledger));
+  state->wasVisible.assign(looks.size(), true);
+  state->frame.looks = std::move(looks);
+  state->imageryNames = std::move(names);
+  return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
 
 const geo::Body& Globe::body() const {
@@ -501,6 +550,12 @@ Lighting& Globe::lighting() {
 }
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;
+}
+std::span<LayerLook> Globe::imageryLooks() {
+  return state_->frame.looks;
+}
+const std::vector<std::string>& Globe::imageryNames() const {
+  return state_->imageryNames;
 }
 double& Globe::exaggeration() {
   return state_->frame.exaggeration;
@@ -525,6 +580,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
   State& s = *state_;
   ++s.updates;
   s.lookAt(gpu);
+  s.lookAtLayers();
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const CutHistory* history = s.historyAt(options);

@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -33,8 +35,9 @@ using BuildSink = std::function<void(std::string_view what, double share)>;
 struct GlobeLayers {
   struct Imagery {
     std::shared_ptr<const raster::TileSource> source;
-    double opacity = 1.0;
-    bool nightLights = false;
+    std::vector<std::shared_ptr<const raster::TileSource>> alsoFrom;  ///< as ImageryLayer has it
+    LayerLook look;
+    std::string name;  ///< empty: the source's
   };
   std::vector<std::shared_ptr<const raster::TileSource>> elevation;
   std::vector<Imagery> imagery;
@@ -60,6 +63,12 @@ class Globe {
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
+  /// How each imagery layer is shown, bottom first. May be changed at any time and counts from the next update: nothing
+  /// is loaded again, and the same tiles are drawn, but for layers that become visible or are visible no more: their
+  /// finer pictures begin or cease to count.
+  std::span<LayerLook> imageryLooks();
+  /// For people, a layer each.
+  const std::vector<std::string>& imageryNames() const;
   /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first.
   /// May be changed at any time.
   double& exaggeration();

@@ -157,8 +157,12 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
   for (const ImageryLayer& layer : scene.imagery) {
     auto source = openSource(layer.source, raster::Kind::imagery, scene, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
-    layers.imagery.push_back(
-        {.source = std::move(*source), .opacity = layer.opacity, .nightLights = layer.nightLights});
+    layers.imagery.push_back({.source = std::move(*source), .alsoFrom = {}, .look = layer.look, .name = layer.name});
+    for (const std::string& path : layer.alsoFrom) {
+      auto further = openSource(path, raster::Kind::imagery, scene, progress, stop);
+      if (!further) return tl::unexpected(std::move(further.error()));
+      layers.imagery.back().alsoFrom.push_back(std::move(*further));
+    }
   }
   return layers;
 }

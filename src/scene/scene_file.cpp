@@ -132,15 +132,30 @@ class SceneReader {
   std::string source(const toml::table& layer, std::string_view kind) const {
     const toml::node* node = layer.get("source");
     if (node == nullptr) complain(layer.source(), "the layer has no source");
-    const std::string text = string(*node, "source");
+    return sourceAt(*node, kind);
+  }
+
+  /// One source, or several in a list.
+  std::vector<std::string> sources(const toml::table& layer, std::string_view kind) const {
+    const toml::node* node = layer.get("source");
+    if (node == nullptr || !node->is_array()) return {source(layer, kind)};
+    if (node->as_array()->empty()) complain(node->source(), "the layer's list of sources is empty");
+    std::vector<std::string> out;
+    for (const toml::node& each : *node->as_array())
+      out.push_back(sourceAt(each, kind));
+    return out;
+  }
+
+  std::string sourceAt(const toml::node& at, std::string_view kind) const {
+    const std::string text = string(at, "source");
     if (text.find("://") != std::string::npos) {
-      complain(node->source(),
+      complain(at.source(),
                fmt::format("{}: this version reads no online sources; copy the data here and name the file", text),
                Code::unsupported);
     }
     const fs::path path = fs::path(text).is_absolute() ? fs::path(text) : folder_ / text;
     std::error_code error;
-    if (!fs::exists(path, error)) complain(node->source(), absence(path, kind), Code::notFound);
+    if (!fs::exists(path, error)) complain(at.source(), absence(path, kind), Code::notFound);
     return path.string();
   }
 
@@ -159,14 +174,40 @@ class SceneReader {
   }
 
   ImageryLayer imagery(const toml::table& layer) const {
-    allow(layer, {"source", "opacity", "role"});
-    ImageryLayer out{.source = source(layer, "imagery"), .opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0)};
+    allow(layer,
+          {"source", "name", "role", "visible", "opacity", "blend", "brightness", "contrast", "saturation", "gamma"});
+    std::vector<std::string> from = sources(layer, "imagery");
+    ImageryLayer out{.name = stringAt(layer, "name").value_or(""),
+                     .source = from.front(),
+                     .alsoFrom = {from.begin() + 1, from.end()},
+                     .look = look(layer)};
     if (const toml::node* node = layer.get("role")) {
       const std::string role = string(*node, "role");
       if (role != "colour" && role != "night_lights") {
         complain(node->source(), fmt::format("no role '{}'; allowed: colour, night_lights", role));
       }
-      out.nightLights = role == "night_lights";
+      out.look.nightLights = role == "night_lights";
+    }
+    return out;
+  }
+
+  LayerLook look(const toml::table& layer) const {
+    LayerLook out;
+    const auto adjustment = [&](std::string_view key, double least) {
+      return numberAt(layer, key, least, kMostAdjustment, 1.0);
+    };
+    out.visible = boolAt(layer, "visible", true);
+    out.opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0);
+    out.brightness = adjustment("brightness", 0.0);
+    out.contrast = adjustment("contrast", 0.0);
+    out.saturation = adjustment("saturation", 0.0);
+    out.gamma = adjustment("gamma", kLeastGamma);
+    if (const toml::node* node = layer.get("blend")) {
+      const std::string name = string(*node, "blend");
+      const auto mode = blendModeByName(name);
+      if (!mode)
+        complain(node->source(), fmt::format("no blend mode '{}'; allowed: normal, multiply, screen, add", name));
+      out.blend = *mode;
     }
     return out;
   }

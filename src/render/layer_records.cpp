@@ -1,0 +1,85 @@
+#include "render/layer_records.h"
+
+#include <algorithm>
+
+#include "raster/colour.h"
+
+namespace tellurion::render {
+namespace {
+
+namespace shading {
+#include "render/shaders/constants.glsl"
+}  // namespace shading
+
+using scene::BlendMode;
+using scene::LayerLook;
+
+/// Looks may be changed by anyone; NaN is the lower end.
+float within(double v, double low, double high) {
+  return static_cast<float>(v >= low ? std::min(v, high) : low);
+}
+
+geo::Vec3f sharesOf(BlendMode mode) {
+  switch (mode) {
+    case BlendMode::normal:
+      return {1.0f, 0.0f, 0.0f};
+    case BlendMode::multiply:
+      return {0.0f, 0.0f, 1.0f};
+    case BlendMode::screen:
+      return {1.0f, 1.0f, -1.0f};
+    case BlendMode::add:
+      return {1.0f, 1.0f, 0.0f};
+  }
+  return {1.0f, 0.0f, 0.0f};
+}
+
+/// Nothing below it shows.
+bool hides(const ResidentPicture& resident, const LayerLook& look) {
+  return look.visible && !look.nightLights && look.blend == BlendMode::normal && look.opacity >= 1.0 &&
+         resident.picture->image->isOpaque;
+}
+
+PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
+  const float opacity = within(look.opacity, 0.0, 1.0);
+  const auto adjustment = [](double v) { return within(v, 0.0, scene::kMostAdjustment); };
+  const scene::TextureWindow& w = resident.picture->window;
+  const bool hasRoom = resident.place != nullptr;
+  return {.window =
+              hasRoom ? geo::Vec4f(w.offset.x, w.offset.y, w.scale.x, w.scale.y) : meanLight(*resident.picture->image),
+          .place = {hasRoom ? static_cast<float>(resident.place->layer) : 0.0f,
+                    hasRoom ? static_cast<float>(resident.place->block) : -1.0f, look.nightLights ? 0.0f : opacity,
+                    look.nightLights ? opacity : 0.0f},
+          .blend = geo::Vec4f(sharesOf(look.blend), adjustment(look.brightness)),
+          .adjust = {adjustment(look.contrast), adjustment(look.saturation),
+                     1.0f / within(look.gamma, scene::kLeastGamma, scene::kMostAdjustment), 0.0f}};
+}
+
+}  // namespace
+
+bool lampsMayBurn(const scene::TerrainMesh& mesh, const scene::Light& light) {
+  const double middle = geo::dot(geo::Vec3(mesh.middleUp_body), light.toSun_body);
+  return light.enabled && middle - static_cast<double>(mesh.upReach) < static_cast<double>(shading::kNightLightsOut);
+}
+
+TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const LayerLook> looks, bool lampsBurn,
+                      std::vector<PictureRecord>& records) {
+  std::size_t lowest = 0;
+  for (std::size_t i = pictures.size(); i-- > 0 && lowest == 0;) {
+    if (hides(pictures[i], looks[pictures[i].picture->layer])) lowest = i;
+  }
+  TileColours out{.first = static_cast<std::uint32_t>(records.size())};
+  bool asItIs = true;  // what is seen is one picture, unchanged
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const LayerLook& look = looks[pictures[i].picture->layer];
+    if (!look.visible || !(look.opacity > 0.0) || (look.nightLights ? !lampsBurn : i < lowest)) continue;
+    records.push_back(recordOf(pictures[i], look));
+    asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
+    out.one = pictures[i];
+  }
+  out.count = static_cast<std::uint32_t>(records.size()) - out.first;
+  out.isLayered = !asItIs;
+  if (!out.isLayered) records.resize(out.first);
+  return out;
+}
+
+}  // namespace tellurion::render

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/texture_pool.h"
+#include "scene/frame.h"
+
+namespace tellurion::render {
+
+/// A picture as terrain_layers.frag.glsl reads it: four texels of a buffer.
+struct PictureRecord {
+  geo::Vec4f window;  ///< offset, scale; of a picture without room its mean light and coverage
+  geo::Vec4f place;   ///< layer and block (-1: without room), opacity, opacity of night lights
+  geo::Vec4f blend;   ///< shares of C, G and C G in what a picture C makes of the ground G; brightness
+  geo::Vec4f adjust;  ///< contrast, saturation, 1 / gamma
+};
+static_assert(sizeof(PictureRecord) == 64);
+
+/// A drawn picture and where it lies; without room: null.
+struct ResidentPicture {
+  const scene::DrawnPicture* picture = nullptr;
+  const TexturePlace* place = nullptr;
+};
+
+/// What draws a tile's colours.
+struct TileColours {
+  bool isLayered = false;   ///< the range of records; else one opaque picture as it is, or none
+  ResidentPicture one;      ///< of that
+  std::uint32_t first = 0;  ///< of that range
+  std::uint32_t count = 0;
+};
+
+/// Whether night lights may burn on some of a mesh's ground.
+bool lampsMayBurn(const scene::TerrainMesh& mesh, const scene::Light& light);
+
+/// Appends a record for each picture of a tile that can be seen: layers that are not visible are left out, and what
+/// lies below one that hides it, and night lights by day. Pictures bottom first; looks, by their layer.
+TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const scene::LayerLook> looks,
+                      bool lampsBurn, std::vector<PictureRecord>& records);
+
+}  // namespace tellurion::render
