@@ -171,9 +171,9 @@ io::Result<Programs> compilePrograms() {
         {define, shaders::constants, shaders::frame_block, shaders::lighting, shaders::ground, sampling, main});
   };
   const std::string layers = std::string(blocks) + std::string(shaders::layers);
-  auto one = compiled({}, {}, shaders::terrain_frag);
+  auto one = compiled("", "", shaders::terrain_frag);
   if (!one) return tl::unexpected(one.error());
-  auto layered = compiled({}, layers, shaders::terrain_layers_frag);
+  auto layered = compiled("", layers, shaders::terrain_layers_frag);
   if (!layered) return tl::unexpected(layered.error());
   auto adjusted = compiled(kAdjusted, layers, shaders::terrain_layers_frag);
   if (!adjusted) return tl::unexpected(adjusted.error());
