@@ -48,7 +48,7 @@ PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
               hasRoom ? geo::Vec4f(w.offset.x, w.offset.y, w.scale.x, w.scale.y) : meanLight(*resident.picture->image),
           .place = {hasRoom ? static_cast<float>(resident.place->layer) : 0.0f,
                     hasRoom ? static_cast<float>(resident.place->block) : -1.0f, look.nightLights ? 0.0f : opacity,
-                    look.nightLights ? opacity : 0.0f},
+                    look.nightLights ? opacity * adjustment(look.brightness) : 0.0f},
           .blend = geo::Vec4f(sharesOf(look.blend), adjustment(look.brightness)),
           .adjust = {adjustment(look.contrast), adjustment(look.saturation),
                      1.0f / within(look.gamma, scene::kLeastGamma, scene::kMostAdjustment), 0.0f}};

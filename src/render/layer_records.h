@@ -12,7 +12,7 @@ namespace tellurion::render {
 /// A picture as terrain_layers.frag.glsl reads it: four texels of a buffer.
 struct PictureRecord {
   geo::Vec4f window;  ///< offset, scale; of a picture without room its mean light and coverage
-  geo::Vec4f place;   ///< layer and block (-1: without room), opacity, opacity of night lights
+  geo::Vec4f place;   ///< layer and block (-1: without room), opacity, strength of night lights
   geo::Vec4f blend;   ///< shares of C, G and C G in what a picture C makes of the ground G; brightness
   geo::Vec4f adjust;  ///< contrast, saturation, 1 / gamma
 };

@@ -355,7 +355,7 @@ void Renderer::Parts::colourTiles(const scene::Frame& frame) {
   pictureRecords.clear();
   adjusts = false;
   for (const scene::LayerLook& look : frame.looks)
-    adjusts = adjusts || (look.visible && look.adjusts());
+    adjusts = adjusts || (look.visible && !look.nightLights && look.adjusts());
   for (ResidentTile& tile : tiles) {
     const std::span ofTile(pictures.data() + tile.tile->firstPicture, tile.tile->pictureCount);
     tile.colours = coloursOf(ofTile, frame.looks, lampsMayBurn(*tile.tile->mesh, frame.light), pictureRecords);

@@ -101,6 +101,13 @@ Picture composed(std::vector<Part> parts, const tiling::TileId& id) {
   return out;
 }
 
+/// Strength of lights in 0..255, linear, from the relative luminance of their colour.
+Rgba8 lampOf(Rgba8 p) {
+  const double luminance = 0.2126 * raster::linearFromSrgb(p.r) + 0.7152 * raster::linearFromSrgb(p.g) +
+                           0.0722 * raster::linearFromSrgb(p.b);
+  return {0, 0, 0, static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0))};
+}
+
 LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& id, const LayerPicture* parent) {
   LayerPicture out;
   if (parent != nullptr) out = {.image = parent->image, .level = parent->level};
@@ -114,6 +121,7 @@ LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& i
   }
   if (!out.isOwn) return out;
   Picture picture = composed(std::move(parts), id);
+  if (layer.nightLights) std::ranges::transform(picture.samples, picture.samples.begin(), lampOf);
   const bool isEmpty = std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 0; });
   out.image = isEmpty ? nullptr : textureFrom(std::move(picture));
   out.level = id.level;

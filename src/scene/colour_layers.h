@@ -25,6 +25,7 @@ class ColourLayers {
     /// Its data sets: at each sample the finest that has data counts, of equally fine ones the later.
     std::vector<std::shared_ptr<LayerTiles>> sets;
     int pixels = raster::kImageryPixels;  ///< a side of a tile, without gutter, of all its data sets
+    bool nightLights = false;             ///< pictures are black, their coverage the strength of the lights
   };
   explicit ColourLayers(std::vector<Layer> layers) : layers_(std::move(layers)) {}
 

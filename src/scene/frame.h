@@ -55,7 +55,8 @@ struct TerrainMesh {
 };
 
 /// A picture for the GPU with its mip levels, each half the one before (rounded down), made on a worker. Immutable once
-/// made. Colours are sRGB of light that is multiplied with the coverage a.
+/// made. Colours are sRGB of light that is multiplied with the coverage a; night lights are black, and a their
+/// strength.
 struct TextureImage {
   std::uint64_t serial = 0;
   bool isOpaque = false;  ///< covered all over

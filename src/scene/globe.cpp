@@ -523,6 +523,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
     names.push_back(layer.name.empty() ? layer.source->info().name : layer.name);
     ColourLayers::Layer& colour = colours.emplace_back();
     colour.pixels = pixels[looks.size() - 1];
+    colour.nightLights = layer.look.nightLights;
     colour.sets.push_back(std::make_shared<LayerTiles>(std::move(layer.source), budget, ledger));
     for (auto& set : layer.alsoFrom)
       colour.sets.push_back(std::make_shared<LayerTiles>(std::move(set), budget, ledger));

@@ -33,7 +33,8 @@ struct LayerLook {
   double contrast = 1.0;    ///< multiplies the distance to middle grey (sRGB 0.5)
   double saturation = 1.0;  ///< multiplies the distance to the grey of the same luminance
   double gamma = 1.0;       ///< the light is raised to 1 / gamma: above 1 dark colours become lighter
-  /// Shown where the sun is below the horizon, added to the ground; its brightness counts, and no blend mode.
+  /// Shown where the sun is below the horizon, added to the ground: opacity and brightness count. Stays what it was when
+  /// the layer was opened.
   bool nightLights = false;
 
   bool adjusts() const { return brightness != 1.0 || contrast != 1.0 || saturation != 1.0 || gamma != 1.0; }

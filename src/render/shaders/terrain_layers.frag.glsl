@@ -13,7 +13,7 @@ void main() {
   for (int i = 0; i < textureLayers.z; ++i) {
     int record = 4 * (textureLayers.x + i);
     vec4 window = texelFetch(pictures, record);
-    vec4 look = texelFetch(pictures, record + 1);  // layer, block, opacity, opacity of night lights
+    vec4 look = texelFetch(pictures, record + 1);  // layer, block, opacity, strength of night lights
     vec4 blend = texelFetch(pictures, record + 2);
     vec4 texel = look.y < 0.0 ? window
                               : texelOf(int(look.y), vec3(window.xy + window.zw * place, look.x), window.zw * alongX,
@@ -23,7 +23,7 @@ void main() {
     texel.rgb = texel.a * adjusted(texel.rgb / max(texel.a, 1e-4), blend.w, adjustment);
 #endif
     ground = blended(ground, texel, blend.xyz, look.z);
-    lamps = max(lamps, luminance(texel.rgb) * look.w);
+    lamps = max(lamps, texel.a * look.w);
   }
   colour = vec4(shadedGround(ground, lamps), 1.0);
 }
