@@ -162,9 +162,9 @@ struct Programs {
   Program adjusted;
 };
 
-io::Result<Programs> compilePrograms() {
+io::Result<Programs> compilePrograms(bool asOnAnyGpu) {
   constexpr std::string_view kAdjusted = "#define ADJUSTED\n";
-  const std::string_view blocks = isSoftwareRenderer() ? shaders::blocks_software : shaders::blocks;
+  const std::string_view blocks = isSoftwareRenderer() && !asOnAnyGpu ? shaders::blocks_software : shaders::blocks;
   const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
     return compileProgram(
         {shaders::frame_block, shaders::terrain_vert},
@@ -442,7 +442,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 io::Result<Renderer> Renderer::create(const RendererOptions& options) {
   if (auto usable = checkCurrentContext(); !usable) return tl::unexpected(usable.error());
-  auto programs = compilePrograms();
+  auto programs = compilePrograms(options.asOnAnyGpu);
   if (!programs) return tl::unexpected(programs.error());
   return Renderer(std::make_unique<Parts>(std::move(*programs), options.gpuBudgetBytes));
 }
