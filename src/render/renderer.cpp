@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -197,6 +198,7 @@ struct Renderer::Parts final : scene::Residency {
   void colourTiles(const scene::Frame& frame);
   void writeCommands(const scene::Frame& frame, const SnappedEye& eye, RenderStatistics& statistics);
   void bindPictures();
+  io::Result<void> warmUp();
   void drawGroups(RenderStatistics& statistics);
   void drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics);
   GLuint textureOf(const TexturePool& pool, std::uint32_t block) const;
@@ -205,8 +207,9 @@ struct Renderer::Parts final : scene::Residency {
   GeometryArena geometry;
   TexturePool colours;
   TexturePool reliefs;
-  Texture noTexture;  // one white texel, where no block exists yet
-  Texture noBlock;    // of the kind of blocks, or a driver may compile its shaders again once there is one
+  // Where no block exists yet: of the kind of blocks, or a driver may compile its shaders again once there is one.
+  Texture noColours;
+  Texture noReliefs;
   Buffer frameBlock;
   Buffer recordBuffer;
   Buffer commandBuffer;
@@ -237,8 +240,8 @@ Renderer::Parts::Parts(Programs terrainPrograms, std::uint64_t budget)
       geometry(budget / kSixteenth * kMeshShare),
       colours(budget / kSixteenth * kColourShare, true),
       reliefs(budget / kSixteenth * kReliefShare, false),
-      noTexture(makeTextureArray({.width = 1, .height = 1, .mips = 1, .srgb = false}, 1)),
-      noBlock(makeTextureArray({.width = 3, .height = 3, .mips = 2, .srgb = true}, 1)),
+      noColours(makeTextureArray({.width = 3, .height = 3, .mips = 2, .srgb = true}, 1)),
+      noReliefs(makeTextureArray({.width = 3, .height = 3, .mips = 1, .srgb = false}, 1)),
       frameBlock(emptyBuffer()),
       recordBuffer(emptyBuffer()),
       commandBuffer(emptyBuffer()),
@@ -387,7 +390,8 @@ void Renderer::Parts::writeCommands(const scene::Frame& frame, const SnappedEye&
 }
 
 GLuint Renderer::Parts::textureOf(const TexturePool& pool, std::uint32_t block) const {
-  return block < pool.blockCount() ? pool.texture(block) : noTexture.name();
+  if (block < pool.blockCount()) return pool.texture(block);
+  return &pool == &colours ? noColours.name() : noReliefs.name();
 }
 
 /// For tiles of several pictures, whatever blocks those lie in.
@@ -396,7 +400,7 @@ void Renderer::Parts::bindPictures() {
   glTextureBuffer(pictureTexture.name(), GL_RGBA32F, pictureBuffer.name());
   glBindTextureUnit(kPictureUnit, pictureTexture.name());
   for (GLuint i = 0; i < shading::kMostBlocks; ++i)
-    glBindTextureUnit(kFirstBlockUnit + i, i < colours.blockCount() ? colours.texture(i) : noBlock.name());
+    glBindTextureUnit(kFirstBlockUnit + i, textureOf(colours, i));
 }
 
 void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
@@ -419,6 +423,35 @@ void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
     ++statistics.drawCalls;
   }
   glBindVertexArray(0);
+}
+
+/// Draws a triangle with each program: drivers compile when something is drawn, and no frame shall wait for that.
+io::Result<void> Renderer::Parts::warmUp() {
+  const auto target = RenderTarget::create({.width = 1, .height = 1});
+  if (!target) return tl::unexpected(target.error());
+  scene::TerrainMesh mesh{.serial = std::numeric_limits<std::uint64_t>::max()};
+  mesh.vertices.resize(3);
+  mesh.indices = {0, 1, 2};
+  const MeshPlace* place = geometry.upload(mesh, frameNumber);
+  if (place == nullptr) return {};  // the first frame will tell
+  const FrameBlock block{};
+  stream(frameBlock, &block, 1);
+  setState(*target);
+  records.assign(1, TileRecord{.pictureCount = 1});
+  pictureRecords.assign(1, PictureRecord{.place = {0.0f, -1.0f, 0.0f, 0.0f}});
+  commands.assign(
+      1, DrawCommand{
+             .count = 3, .firstIndex = place->firstIndex, .baseVertex = static_cast<std::int32_t>(place->firstVertex)});
+  RenderStatistics unused;
+  for (const bool isLayered : {false, true}) {
+    groups.assign(1, Group{.nearest = {.chunk = place->chunk, .isLayered = isLayered},
+                           .run = {.chunk = place->chunk, .first = 0, .count = 1}});
+    for (const bool adjusted : {false, true}) {
+      adjusts = adjusted;
+      drawGroups(unused);
+    }
+  }
+  return {};
 }
 
 void Renderer::Parts::drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics) {
@@ -444,7 +477,9 @@ io::Result<Renderer> Renderer::create(const RendererOptions& options) {
   if (auto usable = checkCurrentContext(); !usable) return tl::unexpected(usable.error());
   auto programs = compilePrograms(options.asOnAnyGpu);
   if (!programs) return tl::unexpected(programs.error());
-  return Renderer(std::make_unique<Parts>(std::move(*programs), options.gpuBudgetBytes));
+  auto parts = std::make_unique<Parts>(std::move(*programs), options.gpuBudgetBytes);
+  if (auto ready = parts->warmUp(); !ready) return tl::unexpected(ready.error());
+  return Renderer(std::move(parts));
 }
 
 RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& target) {

@@ -23,6 +23,22 @@ geo::Vec4f packed(const scene::TextureWindow& w) {
   return {w.offset.x, w.offset.y, w.scale.x, w.scale.y};
 }
 
+struct TwoFloats {
+  geo::Vec3f coarse;
+  geo::Vec3f fine;
+};
+
+/// volatile: g++ 12 at -O3 takes a vector's way to float and back for no change at all, and the fine parts for zero.
+TwoFloats inTwoFloats(const geo::Vec3& v) {
+  TwoFloats out;
+  for (int i = 0; i < 3; ++i) {
+    const volatile float coarse = static_cast<float>(v[i]);
+    out.coarse[i] = coarse;
+    out.fine[i] = static_cast<float>(v[i] - static_cast<double>(coarse));
+  }
+  return out;
+}
+
 /// And how much of the picture is added to it.
 geo::Vec4f plainColour(const TileColours& colours, const geo::Vec3f& ground) {
   if (colours.isLayered || colours.one.picture == nullptr) return geo::Vec4f(ground, 0.0f);
@@ -75,9 +91,9 @@ geo::Vec3f bareGround(const scene::Frame& frame) {
 
 TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::Vec3f& ground) {
   const geo::Vec3 origin_rte = tile.tile->mesh->origin.m - eye.eye_body;
-  const geo::Vec3f coarse(origin_rte);
+  const auto [coarse, fine] = inTwoFloats(origin_rte);
   return {.originCoarse_rte = coarse,
-          .originFine_rte = geo::Vec3f(origin_rte - geo::Vec3(coarse)),
+          .originFine_rte = fine,
           .colourWindow = colourWindow(tile.colours),
           .reliefWindow = packed(tile.tile->reliefWindow),
           .plain = plainColour(tile.colours, ground),
