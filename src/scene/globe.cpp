@@ -520,7 +520,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
     ground.push_back(std::make_shared<LayerTiles>(std::move(source), budget, ledger));
   for (auto& layer : layers.imagery) {
     looks.push_back(layer.look);
-    names.push_back(layer.name.empty() ? layer.source->info().name : layer.name);
+    const std::string& source = layer.source->info().name;
+    names.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
     ColourLayers::Layer& colour = colours.emplace_back();
     colour.pixels = pixels[looks.size() - 1];
     colour.nightLights = layer.look.nightLights;

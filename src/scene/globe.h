@@ -37,7 +37,7 @@ struct GlobeLayers {
     std::shared_ptr<const raster::TileSource> source;
     std::vector<std::shared_ptr<const raster::TileSource>> alsoFrom;  ///< as ImageryLayer has it
     LayerLook look;
-    std::string name;  ///< empty: the source's
+    std::string name;  ///< empty: the last part of the source's
   };
   std::vector<std::shared_ptr<const raster::TileSource>> elevation;
   std::vector<Imagery> imagery;
