@@ -19,18 +19,23 @@ float within(double v, double low, double high) {
   return static_cast<float>(v >= low ? std::min(v, high) : low);
 }
 
-geo::Vec3f sharesOf(BlendMode mode) {
+int numberOf(BlendMode mode) {
   switch (mode) {
     case BlendMode::normal:
-      return {1.0f, 0.0f, 0.0f};
+      return shading::kNormal;
     case BlendMode::multiply:
-      return {0.0f, 0.0f, 1.0f};
+      return shading::kMultiply;
     case BlendMode::screen:
-      return {1.0f, 1.0f, -1.0f};
+      return shading::kScreen;
     case BlendMode::add:
-      return {1.0f, 1.0f, 0.0f};
+      return shading::kAdd;
   }
-  return {1.0f, 0.0f, 0.0f};
+  return shading::kNormal;
+}
+
+float numberOf(const TexturePlace* place) {
+  if (place == nullptr) return -1.0f;
+  return static_cast<float>(place->layer + shading::kPlacesABlock * place->block);
 }
 
 /// Nothing below it shows.
@@ -43,15 +48,14 @@ PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
   const float opacity = within(look.opacity, 0.0, 1.0);
   const auto adjustment = [](double v) { return within(v, 0.0, scene::kMostAdjustment); };
   const scene::TextureWindow& w = resident.picture->window;
-  const bool hasRoom = resident.place != nullptr;
-  return {.window =
-              hasRoom ? geo::Vec4f(w.offset.x, w.offset.y, w.scale.x, w.scale.y) : meanLight(*resident.picture->image),
-          .place = {hasRoom ? static_cast<float>(resident.place->layer) : 0.0f,
-                    hasRoom ? static_cast<float>(resident.place->block) : -1.0f, look.nightLights ? 0.0f : opacity,
-                    look.nightLights ? opacity * adjustment(look.brightness) : 0.0f},
-          .blend = geo::Vec4f(sharesOf(look.blend), adjustment(look.brightness)),
-          .adjust = {adjustment(look.contrast), adjustment(look.saturation),
-                     1.0f / within(look.gamma, scene::kLeastGamma, scene::kMostAdjustment), 0.0f}};
+  return {.window = resident.place != nullptr ? geo::Vec4f(w.offset.x, w.offset.y, w.scale.x, w.scale.y)
+                                              : meanLight(*resident.picture->image),
+          .place = numberOf(resident.place),
+          .opacity = look.nightLights ? 0.0f : opacity,
+          .lamps = look.nightLights ? opacity * adjustment(look.brightness) : 0.0f,
+          .blend = static_cast<float>(numberOf(look.blend)),
+          .adjustment = {adjustment(look.brightness), adjustment(look.contrast), adjustment(look.saturation),
+                         1.0f / within(look.gamma, scene::kLeastGamma, scene::kMostAdjustment)}};
 }
 
 }  // namespace

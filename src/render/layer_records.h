@@ -9,14 +9,16 @@
 
 namespace tellurion::render {
 
-/// A picture as terrain_layers.frag.glsl reads it: four texels of a buffer.
+/// A picture as terrain_layers.frag.glsl reads it: three texels of a buffer, the last only where colours are adjusted.
 struct PictureRecord {
-  geo::Vec4f window;  ///< offset, scale; of a picture without room its mean light and coverage
-  geo::Vec4f place;   ///< layer and block (-1: without room), opacity, strength of night lights
-  geo::Vec4f blend;   ///< shares of C, G and C G in what a picture C makes of the ground G; brightness
-  geo::Vec4f adjust;  ///< contrast, saturation, 1 / gamma
+  geo::Vec4f window;      ///< offset, scale; of a picture without room its mean light and coverage
+  float place = -1.0f;    ///< layer + kPlacesABlock * block; -1: without room
+  float opacity = 0.0f;   ///< of its colours
+  float lamps = 0.0f;     ///< strength of its night lights
+  float blend = 0.0f;     ///< number of the blend mode, as shaders/constants.glsl has it
+  geo::Vec4f adjustment;  ///< brightness, contrast, saturation, 1 / gamma
 };
-static_assert(sizeof(PictureRecord) == 64);
+static_assert(sizeof(PictureRecord) == 48);
 
 /// A drawn picture and where it lies; without room: null.
 struct ResidentPicture {

@@ -44,7 +44,7 @@ class LayerRecords : public testing::Test {
     EXPECT_EQ(colours.first, 5u);
     std::string out;
     for (std::size_t i = 5; i < records.size(); ++i)
-      out += std::to_string(static_cast<int>(records[i].place.x));
+      out += std::to_string(static_cast<int>(records[i].place));
     return out;
   }
 
@@ -105,12 +105,12 @@ TEST_F(LayerRecords, NumbersThatAreNoneStayInTheirRange) {
   coloursOf({&resident, 1}, std::vector<LayerLook>{{.opacity = 7.0, .brightness = nan, .contrast = -3.0, .gamma = 0.0}},
             false, records);
   ASSERT_EQ(records.size(), 1u);
-  EXPECT_EQ(records[0].place.y, -1.0f);
+  EXPECT_EQ(records[0].place, -1.0f);
   EXPECT_EQ(records[0].window, geo::Vec4f(1.0f, 0.0f, 0.0f, 1.0f));  // its mean
-  EXPECT_EQ(records[0].place.z, 1.0f);
-  EXPECT_EQ(records[0].blend.w, 0.0f);
-  EXPECT_EQ(records[0].adjust.x, 0.0f);
-  EXPECT_EQ(records[0].adjust.z, 10.0f);
+  EXPECT_EQ(records[0].opacity, 1.0f);
+  EXPECT_EQ(records[0].adjustment.x, 0.0f);
+  EXPECT_EQ(records[0].adjustment.y, 0.0f);
+  EXPECT_EQ(records[0].adjustment.w, 10.0f);
 }
 
 }  // namespace

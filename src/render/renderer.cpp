@@ -438,7 +438,7 @@ io::Result<void> Renderer::Parts::warmUp() {
   stream(frameBlock, &block, 1);
   setState(*target);
   records.assign(1, TileRecord{.pictureCount = 1});
-  pictureRecords.assign(1, PictureRecord{.place = {0.0f, -1.0f, 0.0f, 0.0f}});
+  pictureRecords.assign(1, PictureRecord{});
   commands.assign(
       1, DrawCommand{
              .count = 3, .firstIndex = place->firstIndex, .baseVertex = static_cast<std::int32_t>(place->firstVertex)});

@@ -18,3 +18,10 @@ const float kMiddleGrey = 0.2140411f;
 
 // Arrays of pictures that one draw call may read.
 const int kMostBlocks = 12;
+const int kPlacesABlock = 65536;
+
+// Blend modes.
+const int kNormal = 0;
+const int kMultiply = 1;
+const int kScreen = 2;
+const int kAdd = 3;

@@ -11,19 +11,18 @@ void main() {
   vec3 ground = plainColour.rgb;
   float lamps = 0.0;
   for (int i = 0; i < textureLayers.z; ++i) {
-    int record = 4 * (textureLayers.x + i);
+    int record = 3 * (textureLayers.x + i);
     vec4 window = texelFetch(pictures, record);
-    vec4 look = texelFetch(pictures, record + 1);  // layer, block, opacity, strength of night lights
-    vec4 blend = texelFetch(pictures, record + 2);
-    vec4 texel = look.y < 0.0 ? window
-                              : texelOf(int(look.y), vec3(window.xy + window.zw * place, look.x), window.zw * alongX,
-                                        window.zw * alongY);
+    vec4 look = texelFetch(pictures, record + 1);  // place, opacity, strength of night lights, blend mode
+    int at = int(look.x);
+    vec4 texel = at < 0 ? window
+                        : texelOf(at / kPlacesABlock, vec3(window.xy + window.zw * place, float(at % kPlacesABlock)),
+                                  window.zw * alongX, window.zw * alongY);
 #ifdef ADJUSTED
-    vec4 adjustment = texelFetch(pictures, record + 3);
-    texel.rgb = texel.a * adjusted(texel.rgb / max(texel.a, 1e-4), blend.w, adjustment);
+    texel.rgb = texel.a * adjusted(texel.rgb / max(texel.a, 1e-4), texelFetch(pictures, record + 2));
 #endif
-    ground = blended(ground, texel, blend.xyz, look.z);
-    lamps = max(lamps, texel.a * look.w);
+    ground = blended(ground, texel, int(look.w), look.y);
+    lamps = max(lamps, texel.a * look.z);
   }
   colour = vec4(shadedGround(ground, lamps), 1.0);
 }
