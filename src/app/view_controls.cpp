@@ -139,6 +139,7 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::finer:
     case ViewKey::coarser:
     case ViewKey::automatic:
+    case ViewKey::layers:
     case ViewKey::statistics:
       return false;
   }

@@ -36,6 +36,7 @@ enum class ViewKey {
   finer,
   coarser,
   automatic,
+  layers,
 };
 
 struct Modifiers {
@@ -70,6 +71,10 @@ struct KeyPressed {
 /// The window was resized, uncovered or brought back.
 struct PictureLost {};
 
-using InputEvent = std::variant<ButtonChanged, CursorMoved, CursorLeft, WheelTurned, KeyPressed, PictureLost>;
+/// A panel has got a button or the wheel.
+struct PanelTouched {};
+
+using InputEvent =
+    std::variant<ButtonChanged, CursorMoved, CursorLeft, WheelTurned, KeyPressed, PictureLost, PanelTouched>;
 
 }  // namespace tellurion::app

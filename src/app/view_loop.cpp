@@ -17,6 +17,7 @@
 namespace tellurion::app {
 namespace {
 
+constexpr int kDrawingsOfAnInput = 3;  // ImGui takes a press, a release and a new size one after the other
 constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
@@ -124,6 +125,7 @@ void ViewLoop::handle(const InputEvent& event) {
   if (const auto* cursor = std::get_if<CursorMoved>(&event)) cursor_ = cursor->at;
   if (std::holds_alternative<CursorLeft>(event)) cursor_.reset();
   if (const auto* key = std::get_if<KeyPressed>(&event)) handleKey(key->key);
+  panelDrawings_ = kDrawingsOfAnInput;
   if (controls_.handle(event, ground_)) {
     pictureStale_ = true;
     lastMoved_ = Clock::now();
@@ -177,6 +179,9 @@ void ViewLoop::handleKey(ViewKey key) {
       break;
     case ViewKey::automatic:
       toggleAutomaticQuality();
+      break;
+    case ViewKey::layers:
+      layersShown_ = !layersShown_;
       break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
@@ -266,11 +271,14 @@ void ViewLoop::drawPanels() {
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
   if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
+  if (layersShown_ && drawLayers(globe_.imageryNames(), globe_.imageryLooks())) pictureStale_ = true;
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();
   // ImGui shows a window from its second frame on, when it knows its size.
-  panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_);
+  if (panelDrawings_ > 0) --panelDrawings_;
+  panelsStale_ =
+      (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) || (layersShown_ && panelDrawings_ > 0);
   helpDrawn_ = helpShown_;
   statisticsDrawn_ = statisticsShown_;
 }

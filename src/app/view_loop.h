@@ -76,6 +76,8 @@ class ViewLoop {
   bool helpShown_ = false;
   bool helpDrawn_ = false;
   bool statisticsShown_ = false;
+  bool layersShown_ = false;
+  int panelDrawings_ = 0;  ///< that the layers need until they show what the last input has done
   bool statisticsDrawn_ = false;
   FrameFigures figures_;  ///< of the last picture
   double frame_ms_ = 0.0;

@@ -37,6 +37,7 @@ constexpr std::array kControls{
     Control{"F12", "save the picture as PNG"},
     Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},
     Control{"F", "freeze the cut, or let it follow the eye again"},
+    Control{"I", "show or hide the imagery layers"},
     Control{"S, F3", "show or hide the statistics"},
     Control{"H, F1", "show or hide this help"},
     Control{"Q", "quit"},
@@ -44,6 +45,38 @@ constexpr std::array kControls{
 
 void drawText(float x, float y, const std::string& text) {
   ImGui::GetForegroundDrawList()->AddText(ImVec2(x, y), kText, text.data(), text.data() + text.size());
+}
+
+bool drawSlider(const char* label, double& value, double low, double high) {
+  auto v = static_cast<float>(value);
+  if (!ImGui::SliderFloat(label, &v, static_cast<float>(low), static_cast<float>(high), "%.2f")) return false;
+  value = static_cast<double>(v);
+  return true;
+}
+
+bool drawBlendMode(scene::BlendMode& blend) {
+  bool changed = false;
+  if (!ImGui::BeginCombo("blend", scene::nameOf(blend))) return false;
+  for (const scene::BlendMode mode : scene::kBlendModes) {
+    if (!ImGui::Selectable(scene::nameOf(mode), mode == blend)) continue;
+    blend = mode;
+    changed = true;
+  }
+  ImGui::EndCombo();
+  return changed;
+}
+
+/// Night lights have no colour of their own, and nothing to blend with.
+bool drawLook(scene::LayerLook& look) {
+  constexpr double kMost = 3.0;  // more is for scene files
+  bool changed = drawSlider("opacity", look.opacity, 0.0, 1.0);
+  changed |= drawSlider("brightness", look.brightness, 0.0, kMost);
+  if (look.nightLights) return changed;
+  changed |= drawSlider("contrast", look.contrast, 0.0, kMost);
+  changed |= drawSlider("saturation", look.saturation, 0.0, kMost);
+  changed |= drawSlider("gamma", look.gamma, scene::kLeastGamma, kMost);
+  changed |= drawBlendMode(look.blend);
+  return changed;
 }
 
 }  // namespace
@@ -89,6 +122,28 @@ void drawStatistics(std::span<const Figure> figures) {
   }
   ImGui::End();
   ImGui::PopStyleVar();
+}
+
+bool drawLayers(std::span<const std::string> names, std::span<scene::LayerLook> looks) {
+  bool changed = false;
+  ImGui::SetNextWindowPos(ImVec2(kMargin, kMargin), ImGuiCond_FirstUseEver);
+  ImGui::SetNextWindowBgAlpha(0.8f);
+  if (ImGui::Begin("Layers", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav)) {
+    for (std::size_t i = looks.size(); i-- > 0;) {
+      ImGui::PushID(static_cast<int>(i));
+      changed |= ImGui::Checkbox("##visible", &looks[i].visible);
+      ImGui::SameLine();
+      if (ImGui::TreeNode(names[i].c_str())) {
+        ImGui::PushItemWidth(ImGui::GetFontSize() * 10.0f);
+        changed |= drawLook(looks[i]);
+        ImGui::PopItemWidth();
+        ImGui::TreePop();
+      }
+      ImGui::PopID();
+    }
+  }
+  ImGui::End();
+  return changed;
 }
 
 void drawHelp() {

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/layer_look.h"
+
 // What is written over the picture. To be called between ViewWindow::beginPanels() and endPanels().
 namespace tellurion::app {
 
@@ -17,6 +19,8 @@ struct Figure {
 
 /// A table in the upper right corner.
 void drawStatistics(std::span<const Figure> figures);
+/// The imagery layers from the top one down, with what can be changed of each. True: something was.
+bool drawLayers(std::span<const std::string> names, std::span<scene::LayerLook> looks);
 /// A short message at the upper edge.
 void drawNotice(const std::string& text);
 /// The table of controls in the middle.

@@ -54,8 +54,11 @@ std::optional<geo::GeoRect> boundsOf(const scene::Scene& scene) {
   std::optional<geo::GeoRect> all;
   for (const auto& layer : scene.elevation)
     add(all, boundsOf(layer, raster::Kind::elevation));
-  for (const auto& layer : scene.imagery)
+  for (const auto& layer : scene.imagery) {
     add(all, boundsOf(layer, raster::Kind::imagery));
+    for (const std::string& further : layer.alsoFrom)
+      add(all, boundsOf(further, raster::Kind::imagery));
+  }
   return all;
 }
 

@@ -57,7 +57,16 @@ Modifiers modifiersFrom(int mods) {
   return {(mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0};
 }
 
+/// Buttons and the wheel over a panel are the panel's. What was begun on the picture goes on there.
+bool panelTakes(GLFWwindow* window) {
+  if (!ImGui::GetIO().WantCaptureMouse) return false;
+  heardBy(window).events.emplace_back(PanelTouched{});
+  return true;
+}
+
 void onButton(GLFWwindow* window, int button, int action, int mods) {
+  ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
+  if (panelTakes(window) && action == GLFW_PRESS) return;
   if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
   const MouseButton which = button == GLFW_MOUSE_BUTTON_LEFT    ? MouseButton::left
                             : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::right
@@ -76,16 +85,19 @@ void onCursor(GLFWwindow* window, double x, double y) {
 }
 
 void onEnter(GLFWwindow* window, int entered) {
+  ImGui_ImplGlfw_CursorEnterCallback(window, entered);
   if (!entered) heardBy(window).events.emplace_back(CursorLeft{});
 }
 
-void onScroll(GLFWwindow* window, double, double steps) {
+void onScroll(GLFWwindow* window, double across, double steps) {
+  ImGui_ImplGlfw_ScrollCallback(window, across, steps);
+  if (panelTakes(window)) return;
   Heard& heard = heardBy(window);
   heard.events.emplace_back(WheelTurned{steps, heard.cursor});
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 33> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 34> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -100,6 +112,7 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_R, ViewKey::reset},
       {GLFW_KEY_HOME, ViewKey::reset},
       {GLFW_KEY_L, ViewKey::light},
+      {GLFW_KEY_I, ViewKey::layers},
       {GLFW_KEY_C, ViewKey::printCamera},
       {GLFW_KEY_H, ViewKey::help},
       {GLFW_KEY_F1, ViewKey::help},

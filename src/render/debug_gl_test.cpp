@@ -21,7 +21,7 @@ using synthetic::viewAt;
 using Picture = raster::Raster<Rgba8>;
 
 constexpr scene::Viewport kSize{130, 120};  // no room for a legend
-constexpr Rgba8 kGround{90, 90, 90, 0};
+constexpr Rgba8 kGround{90, 90, 90, 255};
 constexpr double kFill = 0.45;  // as debug_pass.cpp has it
 
 double fromSrgb(std::uint8_t byte) {
@@ -63,7 +63,7 @@ class DebugViewsTest : public synthetic::GlTest {
     frame.tiles = synthetic::wholeBody(tiling(), ellipsoid(), level, 8);
     const auto picture = synthetic::plainImage(kGround);
     for (scene::DrawnTile& tile : frame.tiles)
-      tile.colour = picture;
+      synthetic::paint(frame, tile, picture);
     return frame;
   }
   static geo::Ellipsoid ellipsoid() { return geo::earth().ellipsoid; }

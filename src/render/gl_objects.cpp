@@ -12,13 +12,6 @@ namespace {
 constexpr float kAnisotropy = 8.0f;
 
 /// Anisotropic filtering costs a software renderer 25 times a trilinear fetch (docs/rendering.md).
-bool isSoftwareRenderer() {
-  const GLubyte* text = glGetString(GL_RENDERER);
-  const std::string_view name = text != nullptr ? reinterpret_cast<const char*>(text) : "";
-  return name.find("llvmpipe") != name.npos || name.find("softpipe") != name.npos ||
-         name.find("SwiftShader") != name.npos;
-}
-
 bool useAnisotropy() {
   static const bool use = epoxy_has_gl_extension("GL_EXT_texture_filter_anisotropic") && !isSoftwareRenderer();
   return use;
@@ -40,6 +33,13 @@ void FramebufferKind::destroy(unsigned int name) {
 }
 void ProgramKind::destroy(unsigned int name) {
   glDeleteProgram(name);
+}
+
+bool isSoftwareRenderer() {
+  const GLubyte* text = glGetString(GL_RENDERER);
+  const std::string_view name = text != nullptr ? reinterpret_cast<const char*>(text) : "";
+  return name.find("llvmpipe") != name.npos || name.find("softpipe") != name.npos ||
+         name.find("SwiftShader") != name.npos;
 }
 
 bool ranOutOfMemory() {

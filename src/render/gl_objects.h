@@ -77,6 +77,9 @@ struct TextureArrayShape {
 /// suffice.
 Texture makeTextureArray(const TextureArrayShape& shape, int layers);
 
+/// Whether the CPU draws.
+bool isSoftwareRenderer();
+
 /// Whether OpenGL ran out of memory since the last call; other errors are our own mistakes and assert.
 bool ranOutOfMemory();
 

@@ -31,7 +31,8 @@ double smooth(double low, double high, double x) {
 }
 
 struct Ground {
-  Rgba8 texel;            // alpha: night lights
+  Rgba8 texel;
+  std::uint8_t lamps = 0;
   geo::Vec3 relief{0.0};  // shading normal minus up
 };
 
@@ -45,7 +46,7 @@ geo::Vec3 litReference(const Ground& ground, const geo::Vec3& up, const scene::L
   const geo::Vec3 lamps =
       geo::Vec3(static_cast<double>(shading::kNightLightRed), static_cast<double>(shading::kNightLightGreen),
                 static_cast<double>(shading::kNightLightBlue)) *
-      (ground.texel.a / 255.0 * night);
+      (ground.lamps / 255.0 * night);
   const geo::Vec3 albedo(fromSrgb(ground.texel.r), fromSrgb(ground.texel.g), fromSrgb(ground.texel.b));
   return albedo * (light.ambient + (1.0 - light.ambient) * sunlight) + lamps;
 }
@@ -64,8 +65,14 @@ class Lighting : public synthetic::GlTest {
     const auto coded = [](double v) { return static_cast<std::uint8_t>(std::lround(v * 127.0) + 128); };
     const auto relief =
         synthetic::plainImage({coded(ground.relief.x), coded(ground.relief.y), coded(ground.relief.z), 255});
+    const auto lamps = synthetic::plainImage({0, 0, 0, ground.lamps});
+    frame.looks = {{}, {.nightLights = true}};
     for (scene::DrawnTile& tile : frame.tiles) {
-      tile.colour = colour;
+      synthetic::paint(frame, tile, colour);
+      if (ground.lamps > 0) {
+        frame.pictures.push_back({.image = lamps, .window = {}, .layer = 1});
+        ++tile.pictureCount;
+      }
       if (ground.relief != geo::Vec3(0.0)) tile.relief = relief;
     }
     return frame;
@@ -105,33 +112,33 @@ geo::Vec3 sunOver(double lat, double lon) {
 
 TEST_F(Lighting, OfSmoothGroundIsLamberts) {
   for (const double lon : {30.0, 80.0, 115.0, 130.0, -60.0, -150.0})
-    expectReference({.texel = {200, 120, 60, 0}}, {.toSun_body = sunOver(5, lon)});
+    expectReference({.texel = {200, 120, 60, 255}}, {.toSun_body = sunOver(5, lon)});
 }
 
 TEST_F(Lighting, FollowsTheReliefsNormal) {
   // Texels of whole numbers, so that the reference needs no quantisation.
   const geo::Vec3 relief = geo::Vec3(40.0, -64.0, 20.0) / 127.0;
   for (const double lon : {30.0, 90.0, 120.0})
-    expectReference({.texel = {180, 180, 180, 0}, .relief = relief}, {.toSun_body = sunOver(-20, lon)});
+    expectReference({.texel = {180, 180, 180, 255}, .relief = relief}, {.toSun_body = sunOver(-20, lon)});
 }
 
 TEST_F(Lighting, AmbientReachesTheNight) {
-  expectReference({.texel = {255, 128, 20, 0}}, {.toSun_body = sunOver(-10, -150), .ambient = 0.25});
+  expectReference({.texel = {255, 128, 20, 255}}, {.toSun_body = sunOver(-10, -150), .ambient = 0.25});
 }
 
 TEST_F(Lighting, LampsBurnAtNightOnly) {
   const scene::Light noon{.toSun_body = sunOver(10, 30)};
   const scene::Light midnight{.toSun_body = -sunOver(10, 30)};
-  expectReference({.texel = {30, 30, 60, 200}}, noon);
-  expectReference({.texel = {30, 30, 60, 200}}, midnight);
-  expectReference({.texel = {30, 30, 60, 120}}, {.toSun_body = sunOver(0, 115)});
+  expectReference({.texel = {30, 30, 60, 255}, .lamps = 200}, noon);
+  expectReference({.texel = {30, 30, 60, 255}, .lamps = 200}, midnight);
+  expectReference({.texel = {30, 30, 60, 255}, .lamps = 120}, {.toSun_body = sunOver(0, 115)});
 }
 
 TEST_F(Lighting, LampsAddNothingOnTheDaySide) {
   const scene::Light noon{.toSun_body = sunOver(10, 30)};
   const auto picture = [&](std::uint8_t lamps) {
     RenderTarget target = makeTarget(kSize);
-    makeRenderer().draw(frameOf({.texel = {30, 30, 60, lamps}}, noon), target);
+    makeRenderer().draw(frameOf({.texel = {30, 30, 60, 255}, .lamps = lamps}, noon), target);
     return readColour(target);
   };
   // The middle of the picture is all day: the sun stands over it.
@@ -145,7 +152,7 @@ TEST_F(Lighting, LampsAddNothingOnTheDaySide) {
 
 // 128 is exactly no relief: a neutral picture changes nothing.
 TEST_F(Lighting, NeutralReliefIsNoRelief) {
-  const Ground ground{.texel = {200, 120, 60, 0}};
+  const Ground ground{.texel = {200, 120, 60, 255}};
   scene::Frame frame = frameOf(ground, {.toSun_body = sunOver(0, 90)});
   Renderer renderer = makeRenderer();
   RenderTarget target = makeTarget(kSize);

@@ -13,23 +13,18 @@ namespace {
 using raster::Rgba8;
 using synthetic::viewAt;
 
-constexpr Rgba8 kRed{255, 0, 0, 0};
-constexpr Rgba8 kGreen{0, 255, 0, 0};
-constexpr Rgba8 kBlue{0, 0, 255, 0};
-constexpr Rgba8 kYellow{255, 255, 0, 0};
-
-Rgba8 opaque(Rgba8 colour) {
-  colour.a = 255;
-  return colour;
-}
+constexpr Rgba8 kRed{255, 0, 0, 255};
+constexpr Rgba8 kGreen{0, 255, 0, 255};
+constexpr Rgba8 kBlue{0, 0, 255, 255};
+constexpr Rgba8 kYellow{255, 255, 0, 255};
 
 class Picture : public synthetic::GlTest {
  protected:
-  static scene::Frame unlit(const scene::View& view, std::vector<scene::DrawnTile> tiles) {
+  static scene::Frame unlit(const scene::View& view, const std::vector<synthetic::PaintedTile>& tiles) {
     scene::Frame frame;
     frame.view = view;
     frame.light.enabled = false;
-    frame.tiles = std::move(tiles);
+    setTiles(frame, tiles);
     return frame;
   }
 
@@ -39,22 +34,15 @@ class Picture : public synthetic::GlTest {
     return readColour(target);
   }
 
-  static std::shared_ptr<const scene::TextureImage> imageOf(raster::Raster<Rgba8> picture) {
-    auto image = std::make_shared<scene::TextureImage>();
-    image->serial = synthetic::nextSerial();
-    image->mips.push_back(std::move(picture));
-    return image;
-  }
-
   const geo::Ellipsoid earth_ = geo::earth().ellipsoid;
   const tiling::Tiling geographic_{tiling::Scheme::geographic};
 };
 
 TEST_F(Picture, RowZeroIsTheTopNorthIsUpAndEastIsRight) {
   const auto tile = [&](std::uint32_t x, std::uint32_t y, Rgba8 colour) {
-    auto t = synthetic::gridTile(geographic_, earth_, {1, 0, x, y}, 32);  // 45 degrees wide, around (0, 0)
-    t.colour = synthetic::plainImage(colour);
-    return t;
+    // 45 degrees wide, around (0, 0)
+    return synthetic::PaintedTile{.tile = synthetic::gridTile(geographic_, earth_, {1, 0, x, y}, 32),
+                                  .colour = synthetic::plainImage(colour)};
   };
   const std::vector tiles{tile(0, 0, kRed), tile(1, 0, kGreen), tile(0, 1, kBlue), tile(1, 1, kYellow)};
   const scene::Viewport size{40, 30};
@@ -62,8 +50,8 @@ TEST_F(Picture, RowZeroIsTheTopNorthIsUpAndEastIsRight) {
     const auto picture = drawn(unlit(viewAt(earth_, 0, 0, 1e6, heading, -90, size), tiles));
     return std::array{picture.at(3, 3), picture.at(36, 3), picture.at(3, 26), picture.at(36, 26)};
   };
-  EXPECT_EQ(corners(0), (std::array{opaque(kRed), opaque(kGreen), opaque(kBlue), opaque(kYellow)}));
-  EXPECT_EQ(corners(90), (std::array{opaque(kGreen), opaque(kYellow), opaque(kRed), opaque(kBlue)}));
+  EXPECT_EQ(corners(0), (std::array{kRed, kGreen, kBlue, kYellow}));
+  EXPECT_EQ(corners(90), (std::array{kGreen, kYellow, kRed, kBlue}));
 }
 
 TEST_F(Picture, TextureRowZeroLiesAtTheTilesTop) {
@@ -72,14 +60,14 @@ TEST_F(Picture, TextureRowZeroLiesAtTheTilesTop) {
     for (int col = 0; col < 16; ++col)
       quarters.at(col, row) = row < 8 ? (col < 8 ? kRed : kGreen) : (col < 8 ? kBlue : kYellow);
   }
-  auto tile = synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16);  // 45 to 90 east, 0 to 45 north
-  tile.colour = imageOf(quarters);
+  const synthetic::PaintedTile tile{.tile = synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16),
+                                    .colour = synthetic::imageOf(quarters)};  // 45 to 90 east, 0 to 45 north
   const scene::Viewport size{40, 40};
   const auto picture = drawn(unlit(viewAt(earth_, 22.5, 67.5, 2e6, 0, -90, size), {tile}));
-  EXPECT_EQ(picture.at(4, 4), opaque(kRed));
-  EXPECT_EQ(picture.at(35, 4), opaque(kGreen));
-  EXPECT_EQ(picture.at(4, 35), opaque(kBlue));
-  EXPECT_EQ(picture.at(35, 35), opaque(kYellow));
+  EXPECT_EQ(picture.at(4, 4), kRed);
+  EXPECT_EQ(picture.at(35, 4), kGreen);
+  EXPECT_EQ(picture.at(4, 35), kBlue);
+  EXPECT_EQ(picture.at(35, 35), kYellow);
 }
 
 TEST_F(Picture, TheSkyHasTheBackgroundsColour) {
@@ -97,14 +85,14 @@ TEST_F(Picture, WithoutLightEveryByteComesOutUnchanged) {
   raster::Raster<Rgba8> all(kSide, kSide);
   for (int i = 0; i < 256; ++i) {
     const auto value = static_cast<std::uint8_t>(i);
-    all.at(i % kSide, i / kSide) = {value, static_cast<std::uint8_t>(255 - i), static_cast<std::uint8_t>(i ^ 0x55), 0};
+    all.at(i % kSide, i / kSide) = {value, static_cast<std::uint8_t>(255 - i), static_cast<std::uint8_t>(i ^ 0x55),
+                                    255};
   }
-  const auto image = imageOf(all);
-  std::vector<scene::DrawnTile> tiles;
+  const auto image = synthetic::imageOf(all);
+  std::vector<synthetic::PaintedTile> tiles;
   for (std::uint32_t y = 0; y < kSide; ++y) {
     for (std::uint32_t x = 0; x < kSide; ++x) {
-      tiles.push_back(synthetic::gridTile(geographic_, earth_, {9, 1, 250 + x, 250 + y}, 4));
-      tiles.back().colour = image;
+      tiles.push_back({.tile = synthetic::gridTile(geographic_, earth_, {9, 1, 250 + x, 250 + y}, 4), .colour = image});
       tiles.back().colourWindow = {{(static_cast<float>(x) + 0.5f) / kSide, (static_cast<float>(y) + 0.5f) / kSide},
                                    {0.0f, 0.0f}};
     }
@@ -113,17 +101,17 @@ TEST_F(Picture, WithoutLightEveryByteComesOutUnchanged) {
   const geo::Geodetic centre = geo::geodeticFromDirection(geographic_.direction({1, 258.0 / 512, 258.0 / 512}));
   const scene::View view = viewAt(earth_, centre.lat.degrees(), centre.lon.degrees(), 5e5, 0, -90, size);
   const auto picture = drawn(unlit(view, tiles));
-  for (const scene::DrawnTile& tile : tiles) {
+  for (const auto& [tile, colour, window] : tiles) {
     const auto middle = earth_.bodyFromDirection(geographic_.direction(tiling::rootPointIn(tile.id, 0.5, 0.5)));
     const auto pixel = scene::pixelOf(view, middle);
     ASSERT_TRUE(pixel.has_value());
     const Rgba8 texel = all.at(static_cast<int>(tile.id.x - 250), static_cast<int>(tile.id.y - 250));
-    EXPECT_EQ(picture.at(static_cast<int>(pixel->x), static_cast<int>(pixel->y)), opaque(texel));
+    EXPECT_EQ(picture.at(static_cast<int>(pixel->x), static_cast<int>(pixel->y)), texel);
   }
 }
 
 TEST_F(Picture, GroundWithoutImageryIsNeutralGrey) {
-  const auto tiles = std::vector{synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16)};
+  const std::vector<synthetic::PaintedTile> tiles{{.tile = synthetic::gridTile(geographic_, earth_, {1, 1, 0, 0}, 16)}};
   const auto picture = drawn(unlit(viewAt(earth_, 22.5, 67.5, 1e6, 0, -90, {4, 4}), tiles));
   for (const Rgba8& pixel : picture.samples) {
     EXPECT_EQ(pixel.r, pixel.g);
@@ -142,7 +130,7 @@ class Gutter : public Picture {
     auto random = geo::seededGenerator();
     whole_ = raster::Raster<Rgba8>(2 * kSize + 2, 2 * kSize + 2);
     for (Rgba8& texel : whole_.samples)
-      texel = {static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()), 128, 0};
+      texel = {static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()), 128, 255};
   }
 
   /// The part of the picture that a child shows, with a gutter all round.
@@ -161,17 +149,17 @@ class Gutter : public Picture {
     return {{offset, offset}, {scale, scale}};
   }
 
-  scene::DrawnTile tile(const tiling::TileId& id, raster::Raster<Rgba8> picture, scene::TextureWindow window) const {
-    auto t = synthetic::gridTile(geographic_, earth_, id, kCells);
-    t.colour = imageOf(std::move(picture));
-    t.colourWindow = window;
-    return t;
+  synthetic::PaintedTile tile(const tiling::TileId& id, raster::Raster<Rgba8> picture,
+                              const scene::TextureWindow& window) const {
+    return {.tile = synthetic::gridTile(geographic_, earth_, id, kCells),
+            .colour = synthetic::imageOf(std::move(picture)),
+            .colourWindow = window};
   }
 
   /// The four children, each with the picture that `textured` gives it.
   template <class Textured>
   raster::Raster<Rgba8> children(const Textured& textured) const {
-    std::vector<scene::DrawnTile> tiles;
+    std::vector<synthetic::PaintedTile> tiles;
     for (int quadrant = 0; quadrant < 4; ++quadrant)
       tiles.push_back(textured(kParent.child(quadrant), quadrant % 2, quadrant / 2));
     return drawn(unlit(view(), tiles));

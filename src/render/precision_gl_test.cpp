@@ -29,6 +29,7 @@ class Board {
       : frame_(geo::localFrameAt(ellipsoid, {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon)})) {
     image_ = std::make_shared<scene::TextureImage>();
     image_->serial = synthetic::nextSerial();
+    image_->isOpaque = true;
     image_->mips.emplace_back(kSide, kSide);
     for (int row = 0; row < kSide; ++row) {
       for (int col = 0; col < kSide; ++col) {
@@ -38,7 +39,7 @@ class Board {
     }
   }
 
-  const std::vector<scene::DrawnTile>& tiles() const { return tiles_; }
+  const std::vector<synthetic::PaintedTile>& tiles() const { return tiles_; }
   static Rgba8 colourOf(int col, int row) {
     return {static_cast<std::uint8_t>(8 * col + 3), static_cast<std::uint8_t>(8 * row + 3), 200, 255};
   }
@@ -62,7 +63,7 @@ class Board {
            frame_.bodyFromEnu() * geo::Vec3((col - kSide / 2) * kCell_m, (row - kSide / 2) * kCell_m, 0.0);
   }
 
-  scene::DrawnTile cell(int col, int row) const {
+  synthetic::PaintedTile cell(int col, int row) const {
     auto mesh = std::make_shared<scene::TerrainMesh>();
     mesh->serial = synthetic::nextSerial();
     mesh->origin = synthetic::onGrid({corner_body(col, row)});
@@ -73,8 +74,8 @@ class Board {
     }
     mesh->indices = {0, 1, 2, 0, 2, 3};
     mesh->interior = {0, 6};
-    scene::DrawnTile tile;
-    tile.mesh = mesh;
+    synthetic::PaintedTile tile;
+    tile.tile.mesh = mesh;
     tile.colour = image_;
     tile.colourWindow = {{(static_cast<float>(col) + 0.5f) / kSide, (static_cast<float>(row) + 0.5f) / kSide},
                          {0.0f, 0.0f}};
@@ -83,7 +84,7 @@ class Board {
 
   geo::LocalFrame frame_;
   std::shared_ptr<scene::TextureImage> image_;
-  std::vector<scene::DrawnTile> tiles_;
+  std::vector<synthetic::PaintedTile> tiles_;
 };
 
 /// The middle of a tile as the program makes it, samples about a centimetre apart and as bumpy as gravel: the triangles
@@ -113,7 +114,7 @@ class TileMiddle {
   }
 
   const geo::BodyPosition& middle() const { return middle_; }
-  const std::vector<scene::DrawnTile>& tiles() const { return tiles_; }
+  const std::vector<synthetic::PaintedTile>& tiles() const { return tiles_; }
 
   /// How far in pixels the cells of a picture lie beside where they belong: the way from a cell's outline, projected in
   /// double precision, to the middles of pixels that have its colour outside, or have not inside.
@@ -144,6 +145,7 @@ class TileMiddle {
   void addTiles() {
     auto image = std::make_shared<scene::TextureImage>();
     image->serial = synthetic::nextSerial();
+    image->isOpaque = true;
     image->mips.emplace_back(kSide, kSide);
     std::vector<std::uint16_t> vertexAt(static_cast<std::size_t>((cells_ + 1) * (cells_ + 1)));
     const int unit = scene::kPlaceUnits / cells_;
@@ -161,8 +163,8 @@ class TileMiddle {
           cell->vertices.push_back(mesh_->vertices[vertexAt[slot(first() + col + right, first() + row + down)]]);
         cell->indices = {0, 1, 2, 0, 2, 3};
         cell->interior = {0, 6};
-        scene::DrawnTile tile;
-        tile.mesh = cell;
+        synthetic::PaintedTile tile;
+        tile.tile.mesh = cell;
         tile.colour = image;
         tile.colourWindow = {{(static_cast<float>(col) + 0.5f) / kSide, (static_cast<float>(row) + 0.5f) / kSide},
                              {0.0f, 0.0f}};
@@ -204,7 +206,7 @@ class TileMiddle {
   std::shared_ptr<const scene::TerrainMesh> mesh_;
   geo::BodyPosition middle_;
   std::vector<geo::BodyPosition> points_;  ///< (kSide + 1)^2, in double precision
-  std::vector<scene::DrawnTile> tiles_;
+  std::vector<synthetic::PaintedTile> tiles_;
 };
 
 class Precision : public synthetic::GlTest {
@@ -239,7 +241,7 @@ class Precision : public synthetic::GlTest {
     RenderTarget target = makeTarget(kSize);
     scene::Frame frame;
     frame.light.enabled = false;
-    frame.tiles = board.tiles();
+    synthetic::setTiles(frame, board.tiles());
     scene::View view = synthetic::viewAt(ellipsoid, lat, lon, 2.0, geo::uniform(random, 0, 360), -90, kSize, 10);
     for (int step = 0; step < 40; ++step) {
       const auto move = [&] { return geo::uniform(random, -0.002, 0.002); };
@@ -267,7 +269,7 @@ class TilePrecision : public Precision, public testing::WithParamInterface<tilin
     scene::Frame frame;
     frame.light.enabled = false;
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
-    frame.tiles = ground.tiles();
+    synthetic::setTiles(frame, ground.tiles());
     const geo::Geodetic below = ellipsoid.geodeticFromBody(ground.middle());
     frame.view = synthetic::viewAt(ellipsoid, below.lat.degrees(), below.lon.degrees(), below.height_m + 2.0,
                                    geo::uniform(random, 0, 360), -90, kSize, 10);

@@ -6,7 +6,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <span>
+#include <string>
 #include <tuple>
 #include <vector>
 
@@ -20,7 +23,16 @@
 namespace tellurion::render {
 namespace {
 
+namespace shading {
+#include "render/shaders/constants.glsl"
+}  // namespace shading
+
 constexpr GLuint kRecordBinding = 1;
+// Texture units, as the shaders of the terrain have them.
+constexpr GLuint kColourUnit = 0;
+constexpr GLuint kReliefUnit = 1;
+constexpr GLuint kPictureUnit = 2;
+constexpr GLuint kFirstBlockUnit = 3;
 constexpr std::uint64_t kSixteenth = 16;
 constexpr std::uint64_t kMeshShare = 6;
 constexpr std::uint64_t kColourShare = 9;
@@ -54,6 +66,16 @@ Buffer emptyBuffer() {
   return Buffer(name);
 }
 
+Texture emptyBufferTexture() {
+  GLuint name = 0;
+  glCreateTextures(GL_TEXTURE_BUFFER, 1, &name);
+  return Texture(name);
+}
+
+std::span<const scene::DrawnPicture> picturesOf(const scene::Frame& frame, const scene::DrawnTile& tile) {
+  return {frame.pictures.data() + tile.firstPicture, tile.pictureCount};
+}
+
 /// Replaces a buffer's content; the driver keeps the old one for draws that are still under way.
 template <class T>
 void stream(const Buffer& buffer, const T* values, std::size_t count) {
@@ -81,7 +103,7 @@ void describeRecords(GLuint vao, GLuint buffer) {
     glVertexArrayAttribBinding(vao, field.attribute, kRecordBinding);
   }
   glEnableVertexArrayAttrib(vao, kLayers);
-  glVertexArrayAttribIFormat(vao, kLayers, 2, GL_INT, offsetof(TileRecord, colourLayer));
+  glVertexArrayAttribIFormat(vao, kLayers, 3, GL_INT, offsetof(TileRecord, colourLayer));
   glVertexArrayAttribBinding(vao, kLayers, kRecordBinding);
   glVertexArrayBindingDivisor(vao, kRecordBinding, 1);
   glVertexArrayVertexBuffer(vao, kRecordBinding, buffer, 0, sizeof(TileRecord));
@@ -122,49 +144,84 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
 /// A tile in the order of drawing: by what one draw call may read, then from near to far.
 struct Turn {
   std::uint32_t chunk = 0;
-  std::uint32_t colourBlock = 0;
+  bool isLayered = false;
+  std::uint32_t colourBlock = 0;  ///< tiles of several pictures read all blocks
   std::uint32_t reliefBlock = 0;
   float distance = 0.0f;
   std::uint32_t tile = 0;
 
-  bool sameGroup(const Turn& o) const {
-    return chunk == o.chunk && colourBlock == o.colourBlock && reliefBlock == o.reliefBlock;
-  }
+  auto group() const { return std::tie(chunk, isLayered, colourBlock, reliefBlock); }
   bool operator<(const Turn& o) const {
-    return std::tie(chunk, colourBlock, reliefBlock, distance, tile) <
-           std::tie(o.chunk, o.colourBlock, o.reliefBlock, o.distance, o.tile);
+    return std::tuple_cat(group(), std::tie(distance, tile)) < std::tuple_cat(o.group(), std::tie(o.distance, o.tile));
   }
 };
+
+/// One program for tiles of one picture, two for tiles of several: colours are adjusted, or not.
+struct Programs {
+  Program one;
+  Program layered;
+  Program adjusted;
+};
+
+io::Result<Programs> compilePrograms(bool asOnAnyGpu) {
+  constexpr std::string_view kAdjusted = "#define ADJUSTED\n";
+  const std::string_view blocks = isSoftwareRenderer() && !asOnAnyGpu ? shaders::blocks_software : shaders::blocks;
+  const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
+    return compileProgram(
+        {shaders::frame_block, shaders::terrain_vert},
+        {define, shaders::constants, shaders::frame_block, shaders::lighting, shaders::ground, sampling, main});
+  };
+  const std::string layers = std::string(blocks) + std::string(shaders::layers);
+  auto one = compiled("", "", shaders::terrain_frag);
+  if (!one) return tl::unexpected(one.error());
+  auto layered = compiled("", layers, shaders::terrain_layers_frag);
+  if (!layered) return tl::unexpected(layered.error());
+  auto adjusted = compiled(kAdjusted, layers, shaders::terrain_layers_frag);
+  if (!adjusted) return tl::unexpected(adjusted.error());
+  return Programs{std::move(*one), std::move(*layered), std::move(*adjusted)};
+}
 
 }  // namespace
 
 struct Renderer::Parts final : scene::Residency {
-  explicit Parts(Program terrainProgram, std::uint64_t budget);
+  explicit Parts(Programs terrainPrograms, std::uint64_t budget);
 
-  MissingBytes missing(const scene::TerrainMesh& mesh, const scene::TextureImage* colour,
-                       const scene::TextureImage* relief) const override;
+  std::uint64_t missingBytes(const scene::TerrainMesh& mesh) const override;
+  std::uint64_t missingColourBytes(const scene::TextureImage& image) const override;
+  std::uint64_t missingReliefBytes(const scene::TextureImage& image) const override;
+  std::uint64_t missingBytes(const TexturePool& pool, const scene::TextureImage& image) const;
   std::uint64_t departures() const override;
 
   void makeResident(const scene::Frame& frame, RenderStatistics& statistics);
   void copySoon(const scene::Frame& frame, RenderStatistics& statistics);
   void orderTiles();
-  void writeCommands(const SnappedEye& eye, RenderStatistics& statistics);
+  void colourTiles(const scene::Frame& frame);
+  void writeCommands(const scene::Frame& frame, const SnappedEye& eye, RenderStatistics& statistics);
+  void bindPictures();
+  io::Result<void> warmUp();
   void drawGroups(RenderStatistics& statistics);
   void drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics);
   GLuint textureOf(const TexturePool& pool, std::uint32_t block) const;
 
-  Program program;
+  Programs programs;
   GeometryArena geometry;
   TexturePool colours;
   TexturePool reliefs;
-  Texture noTexture;  // one white texel, where no block exists yet
+  // Where no block exists yet: of the kind of blocks, or a driver may compile its shaders again once there is one.
+  Texture noColours;
+  Texture noReliefs;
   Buffer frameBlock;
   Buffer recordBuffer;
   Buffer commandBuffer;
+  Buffer pictureBuffer;
+  Texture pictureTexture;          // how shaders read it
   std::optional<DebugPass> debug;  // once it was asked for
   std::uint64_t frameNumber = 0;
   // Kept from frame to frame only for their memory:
   std::vector<ResidentTile> tiles;
+  std::vector<ResidentPicture> pictures;  // of Frame::pictures
+  std::vector<PictureRecord> pictureRecords;
+  bool adjusts = false;                // some layer's colours, in this frame
   std::vector<std::uint64_t> refused;  // serials of this frame's pictures without room
   std::uint64_t framesWithRefused = 0;
   std::vector<Turn> turns;
@@ -178,29 +235,33 @@ struct Renderer::Parts final : scene::Residency {
   std::vector<CommandRun> chunkRuns;
 };
 
-Renderer::Parts::Parts(Program terrainProgram, std::uint64_t budget)
-    : program(std::move(terrainProgram)),
+Renderer::Parts::Parts(Programs terrainPrograms, std::uint64_t budget)
+    : programs(std::move(terrainPrograms)),
       geometry(budget / kSixteenth * kMeshShare),
       colours(budget / kSixteenth * kColourShare, true),
       reliefs(budget / kSixteenth * kReliefShare, false),
-      noTexture(makeTextureArray({.width = 1, .height = 1, .mips = 1, .srgb = false}, 1)),
+      noColours(makeTextureArray({.width = 3, .height = 3, .mips = 2, .srgb = true}, 1)),
+      noReliefs(makeTextureArray({.width = 3, .height = 3, .mips = 1, .srgb = false}, 1)),
       frameBlock(emptyBuffer()),
       recordBuffer(emptyBuffer()),
-      commandBuffer(emptyBuffer()) {
+      commandBuffer(emptyBuffer()),
+      pictureBuffer(emptyBuffer()),
+      pictureTexture(emptyBufferTexture()) {
   describeRecords(geometry.vertexArray(), recordBuffer.name());
 }
 
-scene::Residency::MissingBytes Renderer::Parts::missing(const scene::TerrainMesh& mesh,
-                                                        const scene::TextureImage* colour,
-                                                        const scene::TextureImage* relief) const {
-  const auto ofPicture = [&](const TexturePool& pool, const scene::TextureImage* image) {
-    const bool fine = image == nullptr || pool.resident().holds(image->serial) ||
-                      std::ranges::find(refused, image->serial) != refused.end();
-    return fine ? std::uint64_t{0} : bytesOf(*image);
-  };
-  return {.mesh = geometry.resident().holds(mesh.serial) ? std::uint64_t{0} : bytesOf(mesh),
-          .colour = ofPicture(colours, colour),
-          .relief = ofPicture(reliefs, relief)};
+std::uint64_t Renderer::Parts::missingBytes(const scene::TerrainMesh& mesh) const {
+  return geometry.resident().holds(mesh.serial) ? 0 : bytesOf(mesh);
+}
+std::uint64_t Renderer::Parts::missingColourBytes(const scene::TextureImage& image) const {
+  return missingBytes(colours, image);
+}
+std::uint64_t Renderer::Parts::missingReliefBytes(const scene::TextureImage& image) const {
+  return missingBytes(reliefs, image);
+}
+std::uint64_t Renderer::Parts::missingBytes(const TexturePool& pool, const scene::TextureImage& image) const {
+  const bool fine = pool.resident().holds(image.serial) || std::ranges::find(refused, image.serial) != refused.end();
+  return fine ? 0 : bytesOf(image);
 }
 
 // Serials of pictures that found no room count as there for one frame.
@@ -222,8 +283,16 @@ void Renderer::Parts::copySoon(const scene::Frame& frame, RenderStatistics& stat
   };
   for (const scene::DrawnTile& tile : frame.soon) {
     bring(geometry, tile.mesh, false);
-    bring(colours, tile.colour);
     bring(reliefs, tile.relief);
+    for (const scene::DrawnPicture& picture : picturesOf(frame, tile)) {
+      if (frame.looks[picture.layer].visible) bring(colours, picture.image);
+    }
+  }
+  // Layers that are not visible now may be in the next frame.
+  for (const scene::DrawnTile& tile : frame.tiles) {
+    for (const scene::DrawnPicture& picture : picturesOf(frame, tile)) {
+      if (!frame.looks[picture.layer].visible) bring(colours, picture.image);
+    }
   }
 }
 
@@ -233,12 +302,20 @@ void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& 
   if (!refused.empty()) ++framesWithRefused;
   refused.clear();
   tiles.clear();
+  pictures.clear();
+  for (const scene::DrawnPicture& picture : frame.pictures)
+    pictures.push_back({.picture = &picture});
+  const auto visible = [&](const scene::DrawnTile& tile, const auto& visit) {
+    for (std::size_t i = tile.firstPicture; i < tile.firstPicture + tile.pictureCount; ++i) {
+      if (frame.looks[frame.pictures[i].layer].visible) visit(pictures[i]);
+    }
+  };
   for (const scene::DrawnTile& tile : frame.tiles) {
     if (tile.mesh == nullptr) continue;
     tiles.push_back({.tile = &tile,
                      .mesh = geometry.touch(tile.mesh->serial, frameNumber),
-                     .colour = tile.colour ? colours.touch(tile.colour->serial, frameNumber) : nullptr,
                      .relief = tile.relief ? reliefs.touch(tile.relief->serial, frameNumber) : nullptr});
+    visible(tile, [&](ResidentPicture& p) { p.place = colours.touch(p.picture->image->serial, frameNumber); });
   }
   const auto bring = [&](auto& pool, const auto& payload, auto& place) {
     if (place != nullptr || payload == nullptr) return;
@@ -255,8 +332,8 @@ void Renderer::Parts::makeResident(const scene::Frame& frame, RenderStatistics& 
   };
   for (ResidentTile& tile : tiles) {
     bring(geometry, tile.tile->mesh, tile.mesh);
-    bring(colours, tile.tile->colour, tile.colour);
     bring(reliefs, tile.tile->relief, tile.relief);
+    visible(*tile.tile, [&](ResidentPicture& p) { bring(colours, p.picture->image, p.place); });
   }
   copySoon(frame, statistics);
   std::erase_if(tiles, [](const ResidentTile& tile) { return tile.mesh == nullptr; });
@@ -266,8 +343,10 @@ void Renderer::Parts::orderTiles() {
   turns.clear();
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const geo::Vec3f origin = records[i].originCoarse_rte;
+    const TexturePlace* colour = tiles[i].colours.isLayered ? nullptr : tiles[i].colours.one.place;
     turns.push_back({.chunk = tiles[i].mesh->chunk,
-                     .colourBlock = tiles[i].colour != nullptr ? tiles[i].colour->block : 0,
+                     .isLayered = tiles[i].colours.isLayered,
+                     .colourBlock = colour != nullptr ? colour->block : 0,
                      .reliefBlock = tiles[i].relief != nullptr ? tiles[i].relief->block : 0,
                      .distance = origin.x * origin.x + origin.y * origin.y + origin.z * origin.z,
                      .tile = static_cast<std::uint32_t>(i)});
@@ -275,17 +354,30 @@ void Renderer::Parts::orderTiles() {
   std::sort(turns.begin(), turns.end());
 }
 
-void Renderer::Parts::writeCommands(const SnappedEye& eye, RenderStatistics& statistics) {
+void Renderer::Parts::colourTiles(const scene::Frame& frame) {
+  pictureRecords.clear();
+  adjusts = false;
+  for (const scene::LayerLook& look : frame.looks)
+    adjusts = adjusts || (look.visible && !look.nightLights && look.adjusts());
+  for (ResidentTile& tile : tiles) {
+    const std::span ofTile(pictures.data() + tile.tile->firstPicture, tile.tile->pictureCount);
+    tile.colours = coloursOf(ofTile, frame.looks, lampsMayBurn(*tile.tile->mesh, frame.light), pictureRecords);
+  }
+}
+
+void Renderer::Parts::writeCommands(const scene::Frame& frame, const SnappedEye& eye, RenderStatistics& statistics) {
   records.clear();
   commands.clear();
   groups.clear();
   chunkRuns.clear();
+  const geo::Vec3f ground = bareGround(frame);
   for (const ResidentTile& tile : tiles)
-    records.push_back(recordOf(tile, eye));
+    records.push_back(recordOf(tile, eye, ground));
   orderTiles();
   for (const Turn& turn : turns) {
     const CommandRun empty{.chunk = turn.chunk, .first = commands.size(), .count = 0};
-    if (groups.empty() || !groups.back().nearest.sameGroup(turn)) groups.push_back({.nearest = turn, .run = empty});
+    if (groups.empty() || groups.back().nearest.group() != turn.group())
+      groups.push_back({.nearest = turn, .run = empty});
     if (chunkRuns.empty() || chunkRuns.back().chunk != turn.chunk) chunkRuns.push_back(empty);
     appendCommands(tiles[turn.tile], turn.tile, commands);
     groups.back().run.count = commands.size() - groups.back().run.first;
@@ -298,27 +390,68 @@ void Renderer::Parts::writeCommands(const SnappedEye& eye, RenderStatistics& sta
 }
 
 GLuint Renderer::Parts::textureOf(const TexturePool& pool, std::uint32_t block) const {
-  return block < pool.blockCount() ? pool.texture(block) : noTexture.name();
+  if (block < pool.blockCount()) return pool.texture(block);
+  return &pool == &colours ? noColours.name() : noReliefs.name();
+}
+
+/// For tiles of several pictures, whatever blocks those lie in.
+void Renderer::Parts::bindPictures() {
+  stream(pictureBuffer, pictureRecords.data(), pictureRecords.size());
+  glTextureBuffer(pictureTexture.name(), GL_RGBA32F, pictureBuffer.name());
+  glBindTextureUnit(kPictureUnit, pictureTexture.name());
+  for (GLuint i = 0; i < shading::kMostBlocks; ++i)
+    glBindTextureUnit(kFirstBlockUnit + i, textureOf(colours, i));
 }
 
 void Renderer::Parts::drawGroups(RenderStatistics& statistics) {
   stream(recordBuffer, records.data(), records.size());
   stream(commandBuffer, commands.data(), commands.size());
-  glUseProgram(program.name());
+  if (!pictureRecords.empty()) bindPictures();
   glBindVertexArray(geometry.vertexArray());
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock.name());
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer.name());
-  glBindSampler(0, 0);
-  glBindSampler(1, 0);
+  for (GLuint unit = 0; unit < kFirstBlockUnit + shading::kMostBlocks; ++unit)
+    glBindSampler(unit, 0);
+  const Program& layered = adjusts ? programs.adjusted : programs.layered;
   for (const Group& group : groups) {
+    glUseProgram(group.nearest.isLayered ? layered.name() : programs.one.name());
     geometry.bind(group.run.chunk);
-    glBindTextureUnit(0, textureOf(colours, group.nearest.colourBlock));
-    glBindTextureUnit(1, textureOf(reliefs, group.nearest.reliefBlock));
+    glBindTextureUnit(kColourUnit, textureOf(colours, group.nearest.colourBlock));
+    glBindTextureUnit(kReliefUnit, textureOf(reliefs, group.nearest.reliefBlock));
     glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, group.run.offset(),
                                 static_cast<GLsizei>(group.run.count), 0);
     ++statistics.drawCalls;
   }
   glBindVertexArray(0);
+}
+
+/// Draws a triangle with each program: drivers compile when something is drawn, and no frame shall wait for that.
+io::Result<void> Renderer::Parts::warmUp() {
+  const auto target = RenderTarget::create({.width = 1, .height = 1});
+  if (!target) return tl::unexpected(target.error());
+  scene::TerrainMesh mesh{.serial = std::numeric_limits<std::uint64_t>::max()};
+  mesh.vertices.resize(3);
+  mesh.indices = {0, 1, 2};
+  const MeshPlace* place = geometry.upload(mesh, frameNumber);
+  if (place == nullptr) return {};  // the first frame will tell
+  const FrameBlock block{};
+  stream(frameBlock, &block, 1);
+  setState(*target);
+  records.assign(1, TileRecord{.pictureCount = 1});
+  pictureRecords.assign(1, PictureRecord{});
+  commands.assign(
+      1, DrawCommand{
+             .count = 3, .firstIndex = place->firstIndex, .baseVertex = static_cast<std::int32_t>(place->firstVertex)});
+  RenderStatistics unused;
+  for (const bool isLayered : {false, true}) {
+    groups.assign(1, Group{.nearest = {.chunk = place->chunk, .isLayered = isLayered},
+                           .run = {.chunk = place->chunk, .first = 0, .count = 1}});
+    for (const bool adjusted : {false, true}) {
+      adjusts = adjusted;
+      drawGroups(unused);
+    }
+  }
+  return {};
 }
 
 void Renderer::Parts::drawDebug(const scene::Frame& frame, const RenderTarget& target, RenderStatistics& statistics) {
@@ -342,10 +475,11 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 io::Result<Renderer> Renderer::create(const RendererOptions& options) {
   if (auto usable = checkCurrentContext(); !usable) return tl::unexpected(usable.error());
-  auto program = compileProgram({shaders::frame_block, shaders::terrain_vert},
-                                {shaders::constants, shaders::frame_block, shaders::lighting, shaders::terrain_frag});
-  if (!program) return tl::unexpected(program.error());
-  return Renderer(std::make_unique<Parts>(std::move(*program), options.gpuBudgetBytes));
+  auto programs = compilePrograms(options.asOnAnyGpu);
+  if (!programs) return tl::unexpected(programs.error());
+  auto parts = std::make_unique<Parts>(std::move(*programs), options.gpuBudgetBytes);
+  if (auto ready = parts->warmUp(); !ready) return tl::unexpected(ready.error());
+  return Renderer(std::move(parts));
 }
 
 RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& target) {
@@ -360,7 +494,8 @@ RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& t
   stream(p.frameBlock, &block, 1);
   setState(target);
   clear(frame, target.framebuffer());
-  p.writeCommands(eye, statistics);
+  p.colourTiles(frame);
+  p.writeCommands(frame, eye, statistics);
   p.drawGroups(statistics);
   p.drawDebug(frame, target, statistics);
   statistics.gpuBytes = p.geometry.bytes() + p.colours.bytes() + p.reliefs.bytes();

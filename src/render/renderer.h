@@ -15,6 +15,7 @@ struct RendererOptions {
   /// relief. Textures stay within their share: a tile that finds no room is drawn in its mean colour. Meshes exceed
   /// theirs rather than leave a hole.
   std::uint64_t gpuBudgetBytes = 512u << 20u;
+  bool asOnAnyGpu = false;  ///< no shader made for software renderers, even on one: for tests
 };
 
 struct RenderStatistics {

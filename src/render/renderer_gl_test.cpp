@@ -32,7 +32,7 @@ class RendererTest : public synthetic::GlTest {
     frame.tiles = synthetic::wholeBody(tiling::Tiling(tiling::Scheme::cube), ellipsoid, level, 16);
     for (std::size_t i = 0; i < frame.tiles.size(); ++i) {
       const auto grey = static_cast<std::uint8_t>(10 + i % 240);
-      frame.tiles[i].colour = synthetic::plainImage({grey, 40, grey, 0}, side);
+      synthetic::paint(frame, frame.tiles[i], synthetic::plainImage({grey, 40, grey, 255}, side));
       frame.tiles[i].relief = synthetic::plainImage({128, 128, 128, 255}, 17);
     }
     return frame;
@@ -73,7 +73,7 @@ TEST_F(RendererTest, StatisticsTellWhatWasDrawn) {
 TEST_F(RendererTest, ASharedTextureIsCopiedOnce) {
   scene::Frame frame = earth(16);
   for (scene::DrawnTile& tile : frame.tiles) {
-    tile.colour = frame.tiles[0].colour;
+    tile.firstPicture = 0;
     tile.relief = nullptr;
   }
   RenderTarget target = makeTarget(kSize);

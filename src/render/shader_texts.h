@@ -9,8 +9,13 @@ namespace tellurion::render::shaders {
 extern const std::string_view constants;
 extern const std::string_view frame_block;
 extern const std::string_view lighting;
+extern const std::string_view layers;
+extern const std::string_view blocks;
+extern const std::string_view blocks_software;
+extern const std::string_view ground;
 extern const std::string_view terrain_vert;
 extern const std::string_view terrain_frag;
+extern const std::string_view terrain_layers_frag;
 extern const std::string_view debug_tiles_frag;
 extern const std::string_view debug_lines_vert;
 extern const std::string_view debug_lines_frag;

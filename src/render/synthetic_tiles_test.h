@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -148,12 +149,44 @@ inline std::vector<scene::DrawnTile> wholeBody(const tiling::Tiling& tiling, con
   return tiles;
 }
 
-/// One colour all over, without further mip levels.
-inline std::shared_ptr<const scene::TextureImage> plainImage(raster::Rgba8 colour, int size = 4) {
+using Image = std::shared_ptr<const scene::TextureImage>;
+
+/// Gives a tile of the frame its one picture, of a layer that is shown as it is.
+inline void paint(scene::Frame& frame, scene::DrawnTile& tile, Image image, const scene::TextureWindow& window = {}) {
+  if (frame.looks.empty()) frame.looks.emplace_back();
+  tile.firstPicture = static_cast<std::uint32_t>(frame.pictures.size());
+  tile.pictureCount = 1;
+  frame.pictures.push_back({.image = std::move(image), .window = window, .layer = 0});
+}
+
+/// A tile with its picture, before there is a frame.
+struct PaintedTile {
+  scene::DrawnTile tile;
+  Image colour = {};
+  scene::TextureWindow colourWindow = {};
+};
+
+inline void setTiles(scene::Frame& frame, const std::vector<PaintedTile>& tiles) {
+  frame.tiles.clear();
+  frame.pictures.clear();
+  for (const PaintedTile& painted : tiles) {
+    frame.tiles.push_back(painted.tile);
+    if (painted.colour) paint(frame, frame.tiles.back(), painted.colour, painted.colourWindow);
+  }
+}
+
+/// As it comes from a worker, without further mip levels; not multiplied with its coverage here.
+inline Image imageOf(raster::Raster<raster::Rgba8> picture) {
   auto image = std::make_shared<scene::TextureImage>();
   image->serial = nextSerial();
-  image->mips.emplace_back(size, size, colour);
+  image->isOpaque = std::ranges::all_of(picture.samples, [](raster::Rgba8 p) { return p.a == 255; });
+  image->mips.push_back(std::move(picture));
   return image;
+}
+
+/// One colour all over, without further mip levels.
+inline Image plainImage(raster::Rgba8 colour, int size = 4) {
+  return imageOf(raster::Raster<raster::Rgba8>(size, size, colour));
 }
 
 inline scene::View viewAt(const geo::Ellipsoid& ellipsoid, double lat, double lon, double height_m, double heading,

@@ -9,7 +9,7 @@ namespace tellurion::render {
 namespace {
 
 constexpr double kGridALength = 1024.0;  // 2^-10 m
-constexpr float kGroundGrey = 0.35f;     // linear, where a tile has no imagery at all
+constexpr float kGroundGrey = 0.35f;     // linear, where a scene has no imagery at all
 
 double snapped(double metres) {
   return std::round(metres * kGridALength) / kGridALength;
@@ -19,22 +19,36 @@ float linear(std::uint8_t srgb) {
   return static_cast<float>(raster::linearFromSrgb(srgb)) / 65535.0f;
 }
 
-/// Of a picture that found no room: the middle of its smallest level.
-geo::Vec4f meanColour(const scene::TextureImage& image) {
-  const auto& last = image.mips.back();
-  const raster::Rgba8 pixel = last.at(last.width / 2, last.height / 2);
-  return {linear(pixel.r), linear(pixel.g), linear(pixel.b), 0.0f};
-}
-
-geo::Vec4f plainColour(const ResidentTile& tile) {
-  if (tile.colour != nullptr) return geo::Vec4f(0.0f, 0.0f, 0.0f, 1.0f);
-  const auto& image = tile.tile->colour;
-  if (image != nullptr && !image->mips.empty()) return meanColour(*image);
-  return {kGroundGrey, kGroundGrey, kGroundGrey, 0.0f};
-}
-
 geo::Vec4f packed(const scene::TextureWindow& w) {
   return {w.offset.x, w.offset.y, w.scale.x, w.scale.y};
+}
+
+struct TwoFloats {
+  geo::Vec3f coarse;
+  geo::Vec3f fine;
+};
+
+/// volatile: g++ 12 at -O3 takes a vector's way to float and back for no change at all, and the fine parts for zero.
+TwoFloats inTwoFloats(const geo::Vec3& v) {
+  TwoFloats out;
+  for (int i = 0; i < 3; ++i) {
+    const volatile float coarse = static_cast<float>(v[i]);
+    out.coarse[i] = coarse;
+    out.fine[i] = static_cast<float>(v[i] - static_cast<double>(coarse));
+  }
+  return out;
+}
+
+/// And how much of the picture is added to it.
+geo::Vec4f plainColour(const TileColours& colours, const geo::Vec3f& ground) {
+  if (colours.isLayered || colours.one.picture == nullptr) return geo::Vec4f(ground, 0.0f);
+  if (colours.one.place != nullptr) return geo::Vec4f(0.0f, 0.0f, 0.0f, 1.0f);
+  return geo::Vec4f(geo::Vec3f(meanLight(*colours.one.picture->image)), 0.0f);
+}
+
+geo::Vec4f colourWindow(const TileColours& colours) {
+  const bool hasOne = !colours.isLayered && colours.one.picture != nullptr;
+  return hasOne ? packed(colours.one.picture->window) : packed(scene::TextureWindow{});
 }
 
 std::int32_t layerOf(const TexturePlace* place) {
@@ -70,18 +84,25 @@ void appendCommands(const ResidentTile& tile, std::uint32_t baseInstance, std::v
   }
 }
 
-TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye) {
+geo::Vec3f bareGround(const scene::Frame& frame) {
+  if (frame.looks.empty()) return geo::Vec3f(kGroundGrey);
+  return {linear(scene::kPlainGround.r), linear(scene::kPlainGround.g), linear(scene::kPlainGround.b)};
+}
+
+TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::Vec3f& ground) {
   const geo::Vec3 origin_rte = tile.tile->mesh->origin.m - eye.eye_body;
-  const geo::Vec3f coarse(origin_rte);
+  const auto [coarse, fine] = inTwoFloats(origin_rte);
   return {.originCoarse_rte = coarse,
-          .originFine_rte = geo::Vec3f(origin_rte - geo::Vec3(coarse)),
-          .colourWindow = packed(tile.tile->colourWindow),
+          .originFine_rte = fine,
+          .colourWindow = colourWindow(tile.colours),
           .reliefWindow = packed(tile.tile->reliefWindow),
-          .plain = plainColour(tile),
+          .plain = plainColour(tile.colours, ground),
           .morph = {tile.tile->morph[0], tile.tile->morph[1], tile.tile->morph[2], tile.tile->morph[3]},
           .parentStep_m = tile.tile->mesh->parentStep_m,
-          .colourLayer = layerOf(tile.colour),
-          .reliefLayer = layerOf(tile.relief)};
+          .colourLayer =
+              tile.colours.isLayered ? static_cast<std::int32_t>(tile.colours.first) : layerOf(tile.colours.one.place),
+          .reliefLayer = layerOf(tile.relief),
+          .pictureCount = static_cast<std::int32_t>(tile.colours.count)};
 }
 
 }  // namespace tellurion::render

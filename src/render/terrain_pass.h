@@ -5,6 +5,7 @@
 
 #include "render/geometry_arena.h"
 #include "render/gl_objects.h"
+#include "render/layer_records.h"
 #include "render/texture_pool.h"
 #include "scene/frame.h"
 
@@ -19,10 +20,11 @@ struct TileRecord {
   geo::Vec4f plain;
   geo::Vec4f morph;  ///< scene::DrawnTile::morph
   float parentStep_m = 0.0f;
-  std::int32_t colourLayer = -1;
+  std::int32_t colourLayer = -1;  ///< of a tile with several pictures: the first of their records
   std::int32_t reliefLayer = -1;
+  std::int32_t pictureCount = 0;  ///< records of pictures
 };
-static_assert(sizeof(TileRecord) == 100);
+static_assert(sizeof(TileRecord) == 104);
 
 /// As glMultiDrawElementsIndirect reads it.
 struct DrawCommand {
@@ -44,12 +46,12 @@ struct CommandRun {
   const void* offset() const { return reinterpret_cast<const void*>(first * sizeof(DrawCommand)); }
 };
 
-/// Where a drawn tile's parts lie; null texture places draw its plain colour or smooth ground.
+/// Where a drawn tile's parts lie; a null texture place draws smooth ground.
 struct ResidentTile {
   const scene::DrawnTile* tile = nullptr;
   const MeshPlace* mesh = nullptr;
-  const TexturePlace* colour = nullptr;
   const TexturePlace* relief = nullptr;
+  TileColours colours;
 };
 
 /// The eye rounded to the grid of 2^-10 m on which mesh origins lie, so that origin minus eye is exact in two floats
@@ -63,6 +65,10 @@ SnappedEye snappedEye(const geo::BodyPosition& eye);
 /// The commands that draw a tile: its interior and for each edge the fine or the coarse strip, adjoining ranges joined.
 void appendCommands(const ResidentTile& tile, std::uint32_t baseInstance, std::vector<DrawCommand>& commands);
 
-TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye);
+/// ground: linear, where nothing covers it.
+TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::Vec3f& ground);
+
+/// Of ground that no picture covers, linear.
+geo::Vec3f bareGround(const scene::Frame& frame);
 
 }  // namespace tellurion::render

@@ -85,7 +85,7 @@ TEST(TerrainPass, OriginMinusEyeIsExactInTwoFloats) {
       mesh->origin = {glm::round(geo::Vec3(coordinate(), coordinate(), coordinate()) * 1024.0) / 1024.0};
       tile.mesh = mesh;
       const SnappedEye snapped = snappedEye(eye);
-      const TileRecord record = recordOf({.tile = &tile}, snapped);
+      const TileRecord record = recordOf({.tile = &tile}, snapped, geo::Vec3f(0.5f));
       const geo::Vec3 sum = geo::Vec3(record.originCoarse_rte) + geo::Vec3(record.originFine_rte);
       EXPECT_EQ(sum, mesh->origin.m - snapped.eye_body);
       const geo::Vec3 eyeAgain = snapped.eye_body + geo::Vec3(snapped.remainder);
@@ -100,8 +100,8 @@ TEST(TerrainPass, TileWithoutRoomForItsTextureShowsTheMiddleOfItsSmallestLevel) 
   auto image = std::make_shared<scene::TextureImage>();
   image->mips.emplace_back(2, 2, raster::Rgba8{1, 2, 3, 255});
   image->mips.emplace_back(1, 1, raster::Rgba8{255, 0, 188, 255});
-  tile.colour = image;
-  const TileRecord record = recordOf({.tile = &tile}, {});
+  const scene::DrawnPicture picture{.image = image, .window = {}, .layer = 0};
+  const TileRecord record = recordOf({.tile = &tile, .colours = {.one = {.picture = &picture}}}, {}, geo::Vec3f(0.5f));
   EXPECT_EQ(record.colourLayer, -1);
   EXPECT_FLOAT_EQ(record.plain.x, 1.0f);
   EXPECT_FLOAT_EQ(record.plain.y, 0.0f);

@@ -5,13 +5,21 @@
 #include <algorithm>
 #include <cassert>
 
+#include "raster/colour.h"
+
 namespace tellurion::render {
 namespace {
+
+namespace shading {
+#include "render/shaders/constants.glsl"
+}  // namespace shading
 
 // 22 of 256-pixel tiles with their mips; the next blocks of a shape have three times that and more: few of them, few
 // draw calls.
 constexpr std::uint64_t kFirstBlockBytes = 8u << 20u;
-constexpr std::uint64_t kMostLayers = 256;  // of small pictures
+constexpr std::uint64_t kMostLayers = 1024;  // of small pictures
+
+constexpr std::size_t kMostBlocks = shading::kMostBlocks;
 
 int largestArray() {
   GLint layers = 0;
@@ -52,6 +60,13 @@ std::uint64_t bytesOf(const scene::TextureImage& image) {
   return bytes;
 }
 
+geo::Vec4f meanLight(const scene::TextureImage& image) {
+  const auto& last = image.mips.back();
+  const raster::Rgba8 pixel = last.at(last.width / 2, last.height / 2);
+  const auto light = [](std::uint8_t srgb) { return static_cast<float>(raster::linearFromSrgb(srgb)) / 65535.0f; };
+  return {light(pixel.r), light(pixel.g), light(pixel.b), static_cast<float>(pixel.a) / 255.0f};
+}
+
 TexturePool::TexturePool(std::uint64_t budgetBytes, bool srgb)
     : budget_(budgetBytes), srgb_(srgb), mostLayers_(largestArray()) {}
 
@@ -88,13 +103,16 @@ int TexturePool::layersForNewBlock(const TextureArrayShape& shape) const {
   const std::uint64_t each = shape.bytesALayer();
   const std::uint64_t inBudget = budget_ > bytes_ ? (budget_ - bytes_) / each : 0;
   const std::uint64_t next = (before == 0 ? 1 : 3 * static_cast<std::uint64_t>(before)) * kFirstBlockBytes / each;
-  const std::uint64_t wanted =
-      std::min({std::clamp<std::uint64_t>(next, 1, kMostLayers), inBudget, static_cast<std::uint64_t>(mostLayers_)});
+  // Half of the blocks that are left must do for the whole budget: others may be of other shapes.
+  const std::uint64_t needed = before == 0 ? 1 : 2 * inBudget / (kMostBlocks - blocks_.size());
+  const std::uint64_t wanted = std::min({std::max(std::clamp<std::uint64_t>(next, 1, kMostLayers), needed), inBudget,
+                                         static_cast<std::uint64_t>(mostLayers_)});
   // A shape that has no block at all gets one layer even from an exhausted budget.
   return static_cast<int>(std::max<std::uint64_t>(wanted, before == 0 ? 1 : 0));
 }
 
 TexturePool::Block* TexturePool::addBlock(const TextureArrayShape& shape) {
+  if (blocks_.size() == kMostBlocks) return nullptr;
   const int layers = layersForNewBlock(shape);
   if (layers == 0) return nullptr;
   Texture texture = makeTextureArray(shape, layers);

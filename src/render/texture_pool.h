@@ -12,6 +12,10 @@ namespace tellurion::render {
 /// What a copy of a picture takes, mip levels included.
 std::uint64_t bytesOf(const scene::TextureImage& image);
 
+/// Linear light, multiplied with coverage, and coverage, 0..1, of the middle of its smallest level: what is drawn of a
+/// picture that found no room.
+geo::Vec4f meanLight(const scene::TextureImage& image);
+
 /// Where a picture lies: a layer of a block.
 struct TexturePlace {
   std::uint32_t block = 0;
@@ -21,7 +25,9 @@ struct TexturePlace {
 /// Pictures on the GPU as layers of 2D array textures. A block is one array of one shape; each is
 /// larger than the one before, so that few of them (and few draw calls) hold many pictures, and none is made before it
 /// is needed. At the budget the
-/// pictures used longest ago leave. Never over the budget, but for one layer of each shape. GL thread only.
+/// pictures used longest ago leave. Never over the budget, but for one layer of each shape. There are at most
+/// kMostBlocks of them (shaders/constants.glsl), so a draw call can read them all: the last ones are as large as they
+/// must be, and pictures of a shape that comes too late find no room. GL thread only.
 class TexturePool {
  public:
   TexturePool(std::uint64_t budgetBytes, bool srgb);

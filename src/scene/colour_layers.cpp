@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <tuple>
 #include <utility>
 
 #include "raster/colour.h"
@@ -59,50 +61,83 @@ Picture enlarged(const Picture& from, int fromLevel, const tiling::TileId& id) {
   return out;
 }
 
-/// Strength of a light in 0..255, linear, from the relative luminance of its colour.
-std::uint8_t strengthOf(Rgba8 p, double opacity) {
-  const double luminance = 0.2126 * raster::linearFromSrgb(p.r) + 0.7152 * raster::linearFromSrgb(p.g) +
-                           0.0722 * raster::linearFromSrgb(p.b);
-  return static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0 * opacity));
+/// The part of a layer's own data set that lies over a tile.
+struct Part {
+  LayerTiles::TilePointer tile;
+  int level = -1;        ///< of `tile`
+  int nativeLevel = -1;  ///< the deepest of the data set
+};
+
+/// The nearest tile over `id` that can be had.
+Part nearestPart(LayerTiles& set, const tiling::TileId& id) {
+  Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
+  for (; part.level >= 0; --part.level) {
+    part.tile = set.get(id.ancestor(part.level));
+    if (part.tile) break;
+  }
+  return part;
 }
 
-void layOver(Picture& ground, const Picture& layer, double opacity) {
-  for (std::size_t i = 0; i < ground.samples.size(); ++i) {
-    Rgba8 top = layer.samples[i];
-    top.a = static_cast<std::uint8_t>(std::lround(top.a * opacity));
-    const std::uint8_t lights = ground.samples[i].a;
-    if (top.a == 255) {
-      ground.samples[i] = top;
-    } else if (top.a != 0) {
-      Rgba8 bottom = ground.samples[i];
-      bottom.a = 255;
-      ground.samples[i] = raster::over(top, bottom);
-    }
-    ground.samples[i].a = lights;
+/// Coarser pixels show where the finer ones above them are not covered.
+void layUnder(Picture& finer, const Picture& coarser) {
+  for (std::size_t i = 0; i < finer.samples.size(); ++i) {
+    if (finer.samples[i].a != 255) finer.samples[i] = raster::over(finer.samples[i], coarser.samples[i]);
   }
 }
 
-void addLights(Picture& ground, const Picture& layer, double opacity) {
-  for (std::size_t i = 0; i < ground.samples.size(); ++i) {
-    const std::uint8_t strength = strengthOf(layer.samples[i], opacity);
-    ground.samples[i].a = std::max(ground.samples[i].a, strength);
-  }
+bool isCovered(const Picture& picture) {
+  return std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 255; });
 }
 
-std::uint8_t meanOfFour(const Picture& p, int col, int row) {
-  const int right = std::min(col + 1, p.width - 1);
-  const int below = std::min(row + 1, p.height - 1);
-  return static_cast<std::uint8_t>(
-      (p.at(col, row).a + p.at(right, row).a + p.at(col, below).a + p.at(right, below).a + 2) / 4);
-}
-
-Picture reduced(const Picture& finer, Picture opaqueFiner) {
-  Picture out = raster::halved(opaqueFiner);
-  for (int row = 0; row < out.height; ++row) {
-    for (int col = 0; col < out.width; ++col)
-      out.at(col, row).a = meanOfFour(finer, 2 * col, 2 * row);
+/// `parts` have a tile each.
+Picture composed(std::vector<Part> parts, const tiling::TileId& id) {
+  std::ranges::reverse(parts);  // of equals the later comes first
+  std::ranges::stable_sort(parts, std::greater(), [](const Part& p) { return std::tuple(p.level, p.nativeLevel); });
+  Picture out = pixelsOf(*parts.front().tile);
+  for (std::size_t i = 1; i < parts.size() && !isCovered(out); ++i) {
+    const Picture& pixels = pixelsOf(*parts[i].tile);
+    layUnder(out, parts[i].level < id.level ? enlarged(pixels, parts[i].level, id) : pixels);
   }
   return out;
+}
+
+/// Strength of lights in 0..255, linear, from the relative luminance of their colour.
+Rgba8 lampOf(Rgba8 p) {
+  const double luminance = 0.2126 * raster::linearFromSrgb(p.r) + 0.7152 * raster::linearFromSrgb(p.g) +
+                           0.0722 * raster::linearFromSrgb(p.b);
+  return {0, 0, 0, static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0))};
+}
+
+LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& id, const LayerPicture* parent) {
+  LayerPicture out;
+  if (parent != nullptr) out = {.image = parent->image, .level = parent->level};
+  std::vector<Part> parts;
+  for (const auto& set : layer.sets) {
+    Part part = nearestPart(*set, id);
+    if (!part.tile) continue;
+    out.isOwn = out.isOwn || part.level == id.level;
+    out.finerBelow = out.finerBelow || (part.level == id.level && part.tile->childMask != 0);
+    parts.push_back(std::move(part));
+  }
+  if (!out.isOwn) return out;
+  Picture picture = composed(std::move(parts), id);
+  if (layer.nightLights) std::ranges::transform(picture.samples, picture.samples.begin(), lampOf);
+  const bool isEmpty = std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 0; });
+  out.image = isEmpty ? nullptr : textureFrom(std::move(picture));
+  out.level = id.level;
+  return out;
+}
+
+/// Colours are multiplied with coverage in linear light, so that what the GPU makes between a covered and an uncovered
+/// texel has the colour of the covered one.
+void premultiply(Picture& picture) {
+  for (Rgba8& p : picture.samples) {
+    if (p.a == 255) continue;
+    const auto times = [&](std::uint8_t v) {
+      return raster::srgbFromLinear(static_cast<std::uint16_t>((raster::linearFromSrgb(v) * p.a + 127u) / 255u));
+    };
+    p = {times(p.r), times(p.g), times(p.b), p.a};
+  }
 }
 
 }  // namespace
@@ -110,69 +145,37 @@ Picture reduced(const Picture& finer, Picture opaqueFiner) {
 std::shared_ptr<const TextureImage> textureFrom(Picture finest) {
   auto image = std::make_shared<TextureImage>();
   image->serial = nextSerial();
+  image->isOpaque = isCovered(finest);
   image->mips.push_back(std::move(finest));
-  while (image->mips.back().width > 1 || image->mips.back().height > 1) {
-    Picture opaque = image->mips.back();
-    for (Rgba8& p : opaque.samples)
-      p.a = 255;
-    image->mips.push_back(reduced(image->mips.back(), std::move(opaque)));
-  }
+  while (image->mips.back().width > 1 || image->mips.back().height > 1)
+    image->mips.push_back(raster::halved(image->mips.back()));
+  if (!image->isOpaque) std::ranges::for_each(image->mips, premultiply);
   return image;
 }
 
-ComposedColour ColourLayers::compose(const tiling::TileId& id) const {
-  struct Part {
-    LayerTiles::TilePointer tile;
-    int level = -1;
-  };
-  ComposedColour out;
-  std::vector<Part> parts;
-  bool own = id.level == 0 && !layers_.empty();
-  for (const Layer& layer : layers_) {
-    Part part{.level = layer.tiles ? layer.tiles->storedLevel(id) : -1};
-    own = own || part.level == id.level;
-    parts.push_back(part);
-  }
-  if (!own) return out;
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    Part& part = parts[i];
-    for (; part.level >= 0 && !part.tile; part.level -= part.tile ? 0 : 1)
-      part.tile = layers_[i].tiles->get(id.ancestor(part.level));
-    out.finerBelow = out.finerBelow || (part.tile && part.level == id.level && part.tile->childMask != 0);
-  }
-  Rgba8 plain = kPlainGround;
-  plain.a = 0;
-  Picture ground(pixels_ + 2 * raster::kGutter, pixels_ + 2 * raster::kGutter, plain);
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    const Part& part = parts[i];
-    if (!part.tile) continue;
-    const Picture& pixels = pixelsOf(*part.tile);
-    const Picture larger = part.level < id.level ? enlarged(pixels, part.level, id) : Picture();
-    const Picture& layer = part.level < id.level ? larger : pixels;
-    if (layers_[i].nightLights) {
-      addLights(ground, layer, layers_[i].opacity);
-    } else {
-      layOver(ground, layer, layers_[i].opacity);
-    }
-  }
-  out.image = textureFrom(std::move(ground));
+std::vector<LayerPicture> ColourLayers::pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const {
+  std::vector<LayerPicture> out;
+  out.reserve(layers_.size());
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    out.push_back(pictureOf(layers_[i], id, i < parent.size() ? &parent[i] : nullptr));
   return out;
 }
 
 void ColourLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
-  const std::size_t before = needs.size();
-  bool mayBeOwn = id.level == 0;
   for (const Layer& layer : layers_) {
-    if (!layer.tiles) continue;
-    if (!layer.tiles->tellsPresence()) {
-      mayBeOwn = mayBeOwn || id.level <= layer.tiles->info().maxLevel;
-      continue;
+    const std::size_t before = needs.size();
+    bool mayBeOwn = false;
+    for (const auto& set : layer.sets) {
+      if (!set->tellsPresence()) {
+        mayBeOwn = mayBeOwn || id.level <= set->info().maxLevel;
+        continue;
+      }
+      const int level = set->storedLevel(id);
+      mayBeOwn = mayBeOwn || level == id.level;
+      addNeed(*set, id, level, needs);
     }
-    const int level = layer.tiles->storedLevel(id);
-    mayBeOwn = mayBeOwn || level == id.level;
-    addNeed(*layer.tiles, id, level, needs);
+    if (!mayBeOwn) needs.resize(before);
   }
-  if (!mayBeOwn) needs.resize(before);
 }
 
 }  // namespace tellurion::scene

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "scene/frame.h"
@@ -8,39 +9,39 @@
 
 namespace tellurion::scene {
 
-/// What the ground looks like where no layer covers it, sRGB.
-inline constexpr raster::Rgba8 kPlainGround{150, 145, 138, 255};
-
-/// The colours of one tile, composed of all imagery layers.
-struct ComposedColour {
-  std::shared_ptr<const TextureImage> image;  ///< null: no layer has a tile of its own here
-  bool finerBelow = false;                    ///< a layer has tiles of its own among the children
+/// What a layer shows on a tile.
+struct LayerPicture {
+  std::shared_ptr<const TextureImage> image;  ///< the tile's own or an ancestor's; null: the layer has nothing here
+  int level = 0;                              ///< of the tile that it belongs to
+  bool isOwn = false;                         ///< it was made with this tile
+  bool finerBelow = false;                    ///< the layer has tiles of its own among the children
 };
 
-/// Composes imagery layers, bottom first, in linear light. Thread-safe; blocks while sources do.
+/// Makes the pictures of tiles, one for each imagery layer, bottom first. How they are shown together is decided when
+/// they are drawn (LayerLook). Thread-safe; blocks while sources do.
 class ColourLayers {
  public:
   struct Layer {
-    std::shared_ptr<LayerTiles> tiles;  ///< null: it does not take part
-    double opacity = 1.0;
-    bool nightLights = false;
+    /// Its data sets: at each sample the finest that has data counts, of equally fine ones the later. None: it does not
+    /// take part yet.
+    std::vector<std::shared_ptr<LayerTiles>> sets;
+    int pixels = raster::kImageryPixels;  ///< a side of a tile, without gutter, of all its data sets
+    bool nightLights = false;             ///< pictures are black, their coverage the strength of the lights
   };
-  /// pixels: a side of a tile of every layer, without gutter.
-  ColourLayers(std::vector<Layer> layers, int pixels) : layers_(std::move(layers)), pixels_(pixels) {}
+  explicit ColourLayers(std::vector<Layer> layers) : layers_(std::move(layers)) {}
 
-  /// Where a layer has no tile of its own but others do, its nearest ancestor's is enlarged.
-  ComposedColour compose(const tiling::TileId& id) const;
-  /// What compose() may load of sources that tell what they store. Never blocks.
+  /// Where a layer has no tile of its own, it is the picture of the parent, whose pictures are given (none: a root).
+  std::vector<LayerPicture> pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const;
+  /// What pictures() may load of sources that tell what they store. Never blocks.
   void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
-  int pixels() const { return pixels_; }
-  bool empty() const { return layers_.empty(); }
+  std::size_t count() const { return layers_.size(); }
+  int pixels(std::size_t layer) const { return layers_[layer].pixels; }
 
  private:
   std::vector<Layer> layers_;
-  int pixels_;
 };
 
-/// A texture with all its mip levels from its finest: rgb and a are reduced apart (a is the strength of night lights).
+/// A texture with all its mip levels from its finest: sRGB and coverage, not premultiplied.
 std::shared_ptr<const TextureImage> textureFrom(raster::Raster<raster::Rgba8> finest);
 
 }  // namespace tellurion::scene

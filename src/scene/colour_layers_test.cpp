@@ -1,4 +1,4 @@
-// Composed against the definition in double precision: layers from below, each over what is there, in linear light.
+// Pictures of layers against the definition in double precision: the finest data set that has data, in linear light.
 #include "scene/colour_layers.h"
 
 #include <gtest/gtest.h>
@@ -68,34 +68,40 @@ class PaintedSource final : public raster::TileSource {
 
 struct Painted {
   std::map<TileId, Picture> tiles;
-  double opacity = 1.0;
-  bool nightLights = false;
   std::set<TileId> failing = {};
   std::set<TileId> missing = {};
+  int maxLevel = 2;
 };
 
+/// One layer of these data sets.
 struct Stack {
   std::shared_ptr<LoadLedger> ledger = std::make_shared<LoadLedger>();
-  std::vector<ColourLayers::Layer> layers;
+  ColourLayers::Layer layer{.sets = {}, .pixels = kPixels};
 
-  explicit Stack(const std::vector<Painted>& painted) {
+  explicit Stack(const std::vector<Painted>& painted, bool nightLights = false) {
+    layer.nightLights = nightLights;
     for (const Painted& p : painted) {
-      auto source = std::make_shared<PaintedSource>();
+      auto source = std::make_shared<PaintedSource>(p.maxLevel);
       source->tiles = p.tiles;
       source->failing = p.failing;
       source->missing = p.missing;
-      layers.push_back({.tiles = std::make_shared<LayerTiles>(source, 1u << 20u, ledger),
-                        .opacity = p.opacity,
-                        .nightLights = p.nightLights});
+      layer.sets.push_back(std::make_shared<LayerTiles>(source, 1u << 20u, ledger));
     }
   }
-  ComposedColour compose(const TileId& id) const { return ColourLayers(layers, kPixels).compose(id); }
+  /// As a Globe asks for it: the tiles over it first.
+  LayerPicture picture(const TileId& id) const {
+    const ColourLayers layers({layer});
+    std::vector<LayerPicture> pictures;
+    for (int level = 0; level <= id.level; ++level)
+      pictures = layers.pictures(id.ancestor(level), pictures);
+    return pictures.at(0);
+  }
 };
 
-/// The finest picture; empty: none was made.
-Picture composed(const std::vector<Painted>& painted, const TileId& id) {
-  const ComposedColour colour = Stack(painted).compose(id);
-  return colour.image ? colour.image->mips.front() : Picture();
+/// The finest level of a tile's picture; empty: there is none.
+Picture pictureOf(const std::vector<Painted>& painted, const TileId& id) {
+  const LayerPicture picture = Stack(painted).picture(id);
+  return picture.image ? picture.image->mips.front() : Picture();
 }
 
 void expectPlain(const Picture& picture, Rgba8 colour) {
@@ -124,82 +130,12 @@ Light lightOf(Rgba8 p) {
   return {{light(p.r), light(p.g), light(p.b)}, p.a / 255.0};
 }
 
-Rgba8 nightless(Rgba8 p) {
-  return {p.r, p.g, p.b, 0};
-}
-
 /// Off by one byte at most: of the colour, or (at small coverage) of the coverage.
 void expectNear(Rgba8 actual, const std::array<double, 3>& expected, double tolerance = 1.01) {
   EXPECT_NEAR(actual.r, byteOf(expected[0]), tolerance);
   EXPECT_NEAR(actual.g, byteOf(expected[1]), tolerance);
   EXPECT_NEAR(actual.b, byteOf(expected[2]), tolerance);
 }
-
-// ---- Which tiles
-
-TEST(ColourLayers, OnlyTilesOfTheirOwnHavePictures) {
-  const Painted shallow{.tiles = {{kRoot, plain({10, 20, 30, 255})}}};
-  EXPECT_EQ(Stack({shallow}).compose(kChild).image, nullptr);
-  expectPlain(composed({shallow}, kRoot), {10, 20, 30, 0});
-  EXPECT_EQ(Stack({}).compose(kRoot).image, nullptr);
-}
-
-TEST(ColourLayers, ARootIsPlainGroundWhereNothingIs) {
-  expectPlain(composed({Painted{}}, kRoot), nightless(kPlainGround));
-  expectPlain(composed({Painted{.tiles = {{kRoot, plain({9, 9, 9, 0})}}}}, kRoot), nightless(kPlainGround));
-}
-
-TEST(ColourLayers, TheFinestTileOfALayerWins) {
-  const Painted deep{.tiles = {{kRoot, plain({200, 0, 0, 255})},
-                               {kChild, plain({0, 200, 0, 255})},
-                               {kGrandchild, plain({0, 0, 200, 255})}}};
-  expectPlain(composed({deep}, kRoot), {200, 0, 0, 0});
-  expectPlain(composed({deep}, kChild), {0, 200, 0, 0});
-  expectPlain(composed({deep}, kGrandchild), {0, 0, 200, 0});
-}
-
-TEST(ColourLayers, AnUpperLayerLiesOverAFinerOneBelowIt) {
-  const Painted fine{.tiles = {{kRoot, plain({1, 1, 1, 255})}, {kChild, plain({0, 200, 0, 255})}}};
-  const Painted coarse{.tiles = {{kRoot, plain({200, 0, 0, 255})}}};
-  expectPlain(composed({fine, coarse}, kChild), {200, 0, 0, 0});
-  expectPlain(composed({coarse, fine}, kChild), {0, 200, 0, 0});
-}
-
-TEST(ColourLayers, KnowsOfFinerTilesBelow) {
-  const Painted deep{.tiles = {{kRoot, plain({1, 1, 1, 255})}, {kChild, plain({2, 2, 2, 255})}}};
-  const Painted flat{.tiles = {{kRoot, plain({3, 3, 3, 255})}}};
-  EXPECT_TRUE(Stack({flat, deep}).compose(kRoot).finerBelow);
-  EXPECT_FALSE(Stack({flat}).compose(kRoot).finerBelow);
-  EXPECT_FALSE(Stack({flat, deep}).compose(kChild).finerBelow);
-}
-
-// ---- Missing tiles
-
-TEST(ColourLayers, ATileThatFailsIsItsParentEnlarged) {
-  const Painted sound{.tiles = {{kRoot, plain({5, 5, 5, 255})}, {kChild, plain({6, 6, 6, 0})}}};
-  for (const bool fails : {true, false}) {
-    Painted hurt{.tiles = {{kRoot, plain({70, 80, 90, 255})}}};
-    (fails ? hurt.failing : hurt.missing).insert(kChild);
-    const Stack stack({sound, hurt});
-    const ComposedColour colour = stack.compose(kChild);
-    ASSERT_NE(colour.image, nullptr);
-    expectPlain(colour.image->mips.front(), {70, 80, 90, 0});
-    EXPECT_FALSE(colour.finerBelow);
-  }
-}
-
-TEST(ColourLayers, AFailureIsOnTheLedgerOnceAndTheRestIsDrawn) {
-  const Painted below{.tiles = {{kRoot, plain({5, 6, 7, 255})}}};
-  const Stack stack({below, Painted{.failing = {kRoot}}});
-  for (int i = 0; i < 3; ++i) {
-    const ComposedColour colour = stack.compose(kRoot);
-    ASSERT_NE(colour.image, nullptr);
-    expectPlain(colour.image->mips.front(), {5, 6, 7, 0});
-  }
-  EXPECT_EQ(stack.ledger->takeFailures().size(), 1U);
-}
-
-// ---- Enlarging
 
 /// Bilinear in linear light between the middles of an ancestor's pixels, weighted with coverage.
 Light enlargedAt(const Picture& from, int levels, const TileId& id, int col, int row) {
@@ -225,13 +161,109 @@ Light enlargedAt(const Picture& from, int levels, const TileId& id, int col, int
   return sum;
 }
 
+// ---- Which tiles
+
+TEST(ColourLayers, ATileOfItsOwnOrTheNearestAbove) {
+  const Stack stack({{.tiles = {{kRoot, plain({10, 20, 30, 255})}, {kChild, plain({40, 50, 60, 255})}}}});
+  const LayerPicture root = stack.picture(kRoot);
+  expectPlain(root.image->mips.front(), {10, 20, 30, 255});
+  EXPECT_TRUE(root.isOwn && root.finerBelow && root.image->isOpaque);
+  const LayerPicture child = stack.picture(kChild);
+  expectPlain(child.image->mips.front(), {40, 50, 60, 255});
+  EXPECT_TRUE(child.isOwn && !child.finerBelow);
+  EXPECT_EQ(child.level, 1);
+  const LayerPicture grandchild = stack.picture(kGrandchild);
+  expectPlain(grandchild.image->mips.front(), {40, 50, 60, 255});
+  EXPECT_TRUE(!grandchild.isOwn && !grandchild.finerBelow);
+  EXPECT_EQ(grandchild.level, 1);
+}
+
+TEST(ColourLayers, LayersAreApart) {
+  const Stack fine({{.tiles = {{kRoot, plain({1, 1, 1, 255})}, {kChild, plain({0, 200, 0, 255})}}}});
+  const Stack coarse({{.tiles = {{kRoot, plain({200, 0, 0, 255})}}}});
+  const ColourLayers layers({fine.layer, coarse.layer});
+  const auto root = layers.pictures(kRoot, {});
+  const auto child = layers.pictures(kChild, root);
+  ASSERT_EQ(child.size(), 2U);
+  EXPECT_EQ(child[0].level, 1);
+  EXPECT_EQ(child[1].level, 0);
+  EXPECT_EQ(child[1].image, root[1].image);
+}
+
+TEST(ColourLayers, WithoutDataThereIsNoPicture) {
+  EXPECT_EQ(Stack({Painted{}}).picture(kRoot).image, nullptr);
+  const Stack hole({{.tiles = {{kRoot, plain({9, 9, 9, 255})}, {kChild, plain({9, 9, 9, 0})}}}});
+  EXPECT_EQ(hole.picture(kChild).image, nullptr);
+  EXPECT_EQ(hole.picture(kGrandchild).image, nullptr);
+  EXPECT_TRUE(ColourLayers({}).pictures(kRoot, {}).empty());
+}
+
+// ---- Missing tiles
+
+TEST(ColourLayers, ATileThatFailsIsItsParents) {
+  for (const bool fails : {true, false}) {
+    Painted hurt{.tiles = {{kRoot, plain({70, 80, 90, 255})}}};
+    (fails ? hurt.failing : hurt.missing).insert(kChild);
+    const Stack stack({hurt});
+    const LayerPicture picture = stack.picture(kChild);
+    ASSERT_NE(picture.image, nullptr);
+    EXPECT_EQ(picture.image->mips.front().at(3, 3), (Rgba8{70, 80, 90, 255}));
+    EXPECT_FALSE(picture.finerBelow);
+    for (int i = 0; i < 3; ++i)
+      stack.picture(kChild);
+    EXPECT_EQ(stack.ledger->takeFailures().size(), 1U);
+  }
+}
+
+// ---- Several data sets in a layer
+
+TEST(ColourLayers, TheFinestDataSetThatHasDataWinsAtEachSample) {
+  auto random = geo::seededGenerator();
+  for (int round = 0; round < 20; ++round) {
+    const Picture world = randomPicture(random, true);
+    Picture local = randomPicture(random, true);
+    for (Rgba8& p : local.samples)
+      p.a = random() % 2 == 0 ? 0 : 255;
+    const Painted coarse{.tiles = {{kRoot, world}}, .maxLevel = 0};
+    const Painted fine{.tiles = {{kRoot, plain({})}, {kChild, local}}, .maxLevel = 1};
+    for (const bool fineFirst : {true, false}) {
+      const auto sets = fineFirst ? std::vector{fine, coarse} : std::vector{coarse, fine};
+      EXPECT_EQ(pictureOf(sets, kRoot).samples, world.samples);
+      const Picture child = pictureOf(sets, kChild);
+      for (int row = 1; row <= kPixels; ++row) {
+        for (int col = 1; col <= kPixels; ++col) {
+          if (local.at(col, row).a == 255) {
+            EXPECT_EQ(child.at(col, row), local.at(col, row));
+          } else {
+            expectNear(child.at(col, row), enlargedAt(world, 1, kChild, col, row).rgb);
+          }
+          EXPECT_EQ(child.at(col, row).a, 255);
+        }
+      }
+    }
+  }
+}
+
+// Of one level here, but one of them goes deeper elsewhere.
+TEST(ColourLayers, OfTwoDataSetsOfALevelTheDeeperWinsElseTheLater) {
+  const Painted deep{.tiles = {{kRoot, plain({1, 1, 1, 255})}}, .maxLevel = 5};
+  const Painted flat{.tiles = {{kRoot, plain({2, 2, 2, 255})}}, .maxLevel = 3};
+  const Painted alike{.tiles = {{kRoot, plain({3, 3, 3, 255})}}, .maxLevel = 3};
+  expectPlain(pictureOf({deep, flat}, kRoot), {1, 1, 1, 255});
+  expectPlain(pictureOf({flat, deep}, kRoot), {1, 1, 1, 255});
+  expectPlain(pictureOf({flat, alike}, kRoot), {3, 3, 3, 255});
+  expectPlain(pictureOf({alike, flat}, kRoot), {2, 2, 2, 255});
+}
+
+// ---- Enlarging
+
 TEST(ColourLayers, AnEnlargedAncestorIsBilinearInLinearLight) {
   auto random = geo::seededGenerator();
   const Painted own{.tiles = {{kRoot, plain({})}, {kChild, plain({})}, {kGrandchild, plain({})}}};
   for (int round = 0; round < 20; ++round) {
     const Picture ancestor = randomPicture(random, true);
     for (const TileId& id : {kChild, kGrandchild}) {
-      const Picture picture = composed({own, {.tiles = {{kRoot, ancestor}}}}, id);
+      const Picture picture = pictureOf({own, {.tiles = {{kRoot, ancestor}}, .maxLevel = 0}}, id);
       ASSERT_EQ(picture.width, kSide);
       for (int row = 1; row <= kPixels; ++row) {
         for (int col = 1; col <= kPixels; ++col)
@@ -247,99 +279,67 @@ TEST(ColourLayers, UncoveredPixelsOfAnAncestorDoNotBleed) {
     for (int col = 6; col < kSide; ++col)
       half.at(col, row) = {0, 250, 0, 0};
   }
-  const Painted own{.tiles = {{kRoot, plain({})}, {kChild, plain({0, 0, 0, 255})}}};
-  const Picture picture = composed({own, {.tiles = {{kRoot, half}}}}, kChild);
+  const Painted own{.tiles = {{kRoot, plain({})}, {kChild, plain({0, 0, 0, 0})}}};
+  const Picture picture = pictureOf({own, {.tiles = {{kRoot, half}}, .maxLevel = 0}}, kChild);
   for (const Rgba8& p : picture.samples)
     EXPECT_EQ(p.g, 0);
-  EXPECT_EQ(picture.at(1, 4).r, 250);  // over the ancestor's columns 4.75..5
-  EXPECT_EQ(picture.at(8, 4).r, 0);
-}
-
-// ---- Opacity and coverage
-
-TEST(ColourLayers, OpacityAndCoverageMixInLinearLight) {
-  auto random = geo::seededGenerator();
-  for (int round = 0; round < 50; ++round) {
-    const Picture bottom = randomPicture(random, true);
-    const Picture top = randomPicture(random, round % 2 == 0);
-    const double opacity = geo::uniform(random, 0.0, 1.0);
-    const Picture picture =
-        composed({{.tiles = {{kRoot, bottom}}}, {.tiles = {{kRoot, top}}, .opacity = opacity}}, kRoot);
-    for (std::size_t i = 0; i < picture.samples.size(); ++i) {
-      const Light under = lightOf(bottom.samples[i]);
-      const Light over = lightOf(top.samples[i]);
-      const double share = std::round(255.0 * over.coverage * opacity) / 255.0;
-      std::array<double, 3> expected{};
-      for (std::size_t c = 0; c < 3; ++c)
-        expected[c] = under.rgb[c] * (1 - share) + over.rgb[c] * share;
-      expectNear(picture.samples[i], expected);
-      ASSERT_EQ(picture.samples[i].a, 0);
-    }
-  }
-}
-
-TEST(ColourLayers, TheEndsOfOpacityAreExact) {
-  const Painted bottom{.tiles = {{kRoot, plain({12, 34, 56, 255})}}};
-  const Picture top = plain({210, 120, 3, 255});
-  expectPlain(composed({bottom, {.tiles = {{kRoot, top}}, .opacity = 0.0}}, kRoot), {12, 34, 56, 0});
-  expectPlain(composed({bottom, {.tiles = {{kRoot, top}}, .opacity = 1.0}}, kRoot), {210, 120, 3, 0});
-  // Half of white over black is half the light, not half the byte.
-  const Picture half = composed(
-      {{.tiles = {{kRoot, plain({0, 0, 0, 255})}}}, {.tiles = {{kRoot, plain({255, 255, 255, 255})}}, .opacity = 0.5}},
-      kRoot);
-  expectPlain(half, {188, 188, 188, 0});
+  EXPECT_EQ(picture.at(1, 4), (Rgba8{250, 0, 0, 255}));  // over the ancestor's columns 4.75..5
+  EXPECT_EQ(picture.at(8, 4).a, 0);
 }
 
 // ---- Night lights
 
-TEST(ColourLayers, NightLightsAreTheirLuminanceBesideTheColour) {
+TEST(ColourLayers, NightLightsAreTheirLuminance) {
   auto random = geo::seededGenerator();
   for (int round = 0; round < 20; ++round) {
-    const Picture ground = randomPicture(random, true);
     const Picture lights = randomPicture(random, round % 2 == 0);
-    const double opacity = geo::uniform(random, 0.0, 1.0);
-    const Picture picture = composed(
-        {{.tiles = {{kRoot, ground}}}, {.tiles = {{kRoot, lights}}, .opacity = opacity, .nightLights = true}}, kRoot);
-    for (std::size_t i = 0; i < picture.samples.size(); ++i) {
+    const LayerPicture picture = Stack({{.tiles = {{kRoot, lights}}}}, true).picture(kRoot);
+    for (std::size_t i = 0; i < lights.samples.size(); ++i) {
       const Light l = lightOf(lights.samples[i]);
       const double luminance = 0.2126 * l.rgb[0] + 0.7152 * l.rgb[1] + 0.0722 * l.rgb[2];
-      EXPECT_NEAR(picture.samples[i].a, 255.0 * luminance * l.coverage * opacity, 0.51);
-      EXPECT_EQ(nightless(picture.samples[i]), nightless(ground.samples[i]));
+      const Rgba8 lamp = picture.image->mips.front().samples[i];
+      EXPECT_NEAR(lamp.a, 255.0 * luminance * l.coverage, 0.51);
+      EXPECT_EQ(lamp, (Rgba8{0, 0, 0, lamp.a}));
     }
   }
+  EXPECT_EQ(Stack({{.tiles = {{kRoot, plain({0, 0, 0, 255})}}}}, true).picture(kRoot).image, nullptr);
 }
 
-TEST(ColourLayers, TheBrightestLightCountsWhateverLiesOverIt) {
-  const Painted bright{.tiles = {{kRoot, plain({255, 255, 255, 255})}}, .opacity = 0.8, .nightLights = true};
-  const Painted dim{.tiles = {{kRoot, plain({255, 255, 255, 255})}}, .opacity = 0.2, .nightLights = true};
-  const Painted day{.tiles = {{kRoot, plain({1, 2, 3, 255})}}};
-  expectPlain(composed({bright, day, dim}, kRoot), {1, 2, 3, 204});
-  expectPlain(composed({dim, bright, day}, kRoot), {1, 2, 3, 204});
-}
+// ---- Textures
 
-// ---- Mip levels
-
-TEST(TextureFrom, GoesDownToOnePixelAndReducesLightsApart) {
+TEST(TextureFrom, GoesDownToOnePixelAndIsMultipliedWithItsCoverage) {
   auto random = geo::seededGenerator();
-  const Picture finest = randomPicture(random, false);
-  const auto image = textureFrom(finest);
-  EXPECT_EQ(image->mips.front().samples, finest.samples);
-  EXPECT_EQ(image->mips.back().samples.size(), 1U);
-  EXPECT_NE(image->serial, textureFrom(finest)->serial);
-  const Picture& half = image->mips[1];
-  ASSERT_EQ(half.width, kSide / 2);
-  for (int row = 0; row < half.height; ++row) {
-    for (int col = 0; col < half.width; ++col) {
-      std::array<double, 3> mean{};
-      double lights = 0.0;
-      for (int i = 0; i < 4; ++i) {
-        const Rgba8 p = finest.at(2 * col + (i & 1), 2 * row + (i >> 1));
-        for (std::size_t c = 0; c < 3; ++c)
-          mean[c] += lightOf(p).rgb[c] / 4.0;  // whatever its lights
-        lights += p.a / 4.0;
+  for (const bool isOpaque : {true, false}) {
+    const Picture finest = randomPicture(random, isOpaque);
+    const auto image = textureFrom(finest);
+    EXPECT_EQ(image->isOpaque, isOpaque);
+    if (isOpaque) {
+      EXPECT_EQ(image->mips.front().samples, finest.samples);
+    }
+    EXPECT_EQ(image->mips.back().samples.size(), 1U);
+    EXPECT_NE(image->serial, textureFrom(finest)->serial);
+    const Picture& whole = image->mips[0];
+    const Picture& half = image->mips[1];
+    ASSERT_EQ(half.width, kSide / 2);
+    const auto multiplied = [](Rgba8 p) {
+      Light l = lightOf(p);
+      for (double& c : l.rgb)
+        c *= l.coverage;
+      return l;
+    };
+    for (int row = 0; row < half.height; ++row) {
+      for (int col = 0; col < half.width; ++col) {
+        Light mean;
+        for (int i = 0; i < 4; ++i) {
+          const Light p = multiplied(finest.at(2 * col + (i & 1), 2 * row + (i >> 1)));
+          expectNear(whole.at(2 * col + (i & 1), 2 * row + (i >> 1)), p.rgb, 0.6);
+          for (std::size_t c = 0; c < 3; ++c)
+            mean.rgb[c] += p.rgb[c] / 4.0;
+          mean.coverage += p.coverage / 4.0;
+        }
+        expectNear(half.at(col, row), mean.rgb, 1.6);  // rounded twice
+        EXPECT_NEAR(half.at(col, row).a, 255.0 * mean.coverage, 0.51);
       }
-      expectNear(half.at(col, row), mean);
-      EXPECT_NEAR(half.at(col, row).a, lights, 0.51);
     }
   }
 }

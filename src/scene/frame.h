@@ -8,6 +8,7 @@
 #include "raster/raster.h"
 #include "scene/camera.h"
 #include "scene/debug_view.h"
+#include "scene/layer_look.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -48,12 +49,17 @@ struct TerrainMesh {
   IndexRange interior;
   std::array<IndexRange, 4> fineEdge;  ///< indexed by tiling::Edge
   std::array<IndexRange, 4> coarseEdge;
+  // All normals of the ellipsoid over the tile lie within upReach of this one, as lengths of unit vectors' differences.
+  geo::Vec3f middleUp_body{0.0f};
+  float upReach = 2.0f;
 };
 
 /// A picture for the GPU with its mip levels, each half the one before (rounded down), made on a worker. Immutable once
-/// made.
+/// made. Colours are sRGB of light that is multiplied with the coverage a; night lights are black, and a their
+/// strength.
 struct TextureImage {
   std::uint64_t serial = 0;
+  bool isOpaque = false;  ///< covered all over
   std::vector<raster::Raster<raster::Rgba8>> mips;
 };
 
@@ -63,6 +69,13 @@ struct TextureWindow {
   geo::Vec2f scale{1.0f, 1.0f};
 };
 
+/// An imagery layer on a tile, (size + 2)^2 with a gutter.
+struct DrawnPicture {
+  std::shared_ptr<const TextureImage> image;  ///< not null
+  TextureWindow window;
+  std::uint32_t layer = 0;  ///< index into Frame::looks
+};
+
 struct DrawnTile {
   tiling::TileId id;
   std::shared_ptr<const TerrainMesh> mesh;
@@ -70,9 +83,9 @@ struct DrawnTile {
   /// How far the tile has left its parent's surface at its corners, quadrants' order: 0 it is that, 1 it is its own.
   /// Between them bilinear. Tiles of a level that share a corner have the same number there.
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};
-  /// Colour, (size + 2)^2 with a gutter: rgb is sRGB, a the strength of night lights. May be null: plain ground.
-  std::shared_ptr<const TextureImage> colour;
-  TextureWindow colourWindow;
+  // Its pictures, bottom first: a range of Frame::pictures. None: plain ground.
+  std::uint32_t firstPicture = 0;
+  std::uint32_t pictureCount = 0;
   /// Relief, (cells + 1)^2: shading normal minus the ellipsoid's, body axes, in x, y, z the whole number nearest to
   /// 128 + 127 v, so that 128 is exactly none: v = (texel - 128) / 127. May be null: smooth ground.
   std::shared_ptr<const TextureImage> relief;
@@ -103,12 +116,17 @@ struct FrameStatistics {
   std::uint64_t failures = 0;  ///< what could not be loaded and is not tried again
 };
 
+/// The colour of ground that no layer of a scene with imagery covers, sRGB; without imagery ground is neutral grey.
+inline constexpr raster::Rgba8 kPlainGround{150, 145, 138, 255};
+
 /// Exactly what to draw: plain data, the product of this room.
 struct Frame {
   View view;
   Light light;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
+  std::vector<DrawnPicture> pictures;  ///< of the tiles, and of those in `soon`, which follow each other
+  std::vector<LayerLook> looks;        ///< a layer each, bottom first
   std::vector<DrawnTile> soon;  ///< just outside the picture: not drawn, but to be kept on the GPU if there is room
   std::uint64_t soonCopies_bytes = 0;  ///< the most that may be copied of those now
   /// Nothing finer is wanted: all layers take part, all has come, none waits for its copy, all has faded in, and the

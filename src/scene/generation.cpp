@@ -6,8 +6,8 @@
 namespace tellurion::scene {
 
 const Selection& Generation::cut(const View& view, const CutOptions& options, double exaggeration,
-                                 const Residency* gpu) {
-  forest.begin(exaggeration, gpu);
+                                 std::span<const LayerLook> looks, const Residency* gpu) {
+  forest.begin(exaggeration, looks, gpu);
   loading.receive();
   const CutHistory* history = historyAt(options);
   return selector_.select(view, options, forest.occluderDepth_m(), forest, history);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "scene/select.h"
 #include "scene/tile_loading.h"
@@ -22,7 +23,8 @@ class Generation {
   TileLoading loading;
 
   /// Takes in what has been made and cuts. Valid until the next call.
-  const Selection& cut(const View& view, const CutOptions& options, double exaggeration, const Residency* gpu);
+  const Selection& cut(const View& view, const CutOptions& options, double exaggeration,
+                       std::span<const LayerLook> looks, const Residency* gpu);
   /// All of them can be drawn, so the surface is whole.
   bool rootsAreDrawable() const;
 

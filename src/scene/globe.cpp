@@ -50,7 +50,7 @@ struct Globe::State {
   void fillSoon(const Selection& selection);
   void fillStatistics(const Selection& selection);
   void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile, const ContentMaker& maker) const;
+  DrawnTile drawn(const SelectedTile& tile, const ContentMaker& maker);
   Light lightFor(const View& view) const;
 
   GlobeOptions globeOptions;
@@ -68,6 +68,7 @@ struct Globe::State {
   std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
   Clock::time_point pendingSince;                    ///< of next
   const Selection* nextCut = nullptr;                ///< of this update; null without next
+  std::vector<std::string> imageryNames;
   Frame frame;
   io::Executor executor;  ///< last: its workers use what stands above
 };
@@ -94,8 +95,8 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& cutOption
     if (next) retired.push_back(std::move(next));
     next = generation();
   }
-  const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, gpu);
-  nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, gpu) : nullptr;
+  const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu);
+  nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu) : nullptr;
   if (nextCut != nullptr && next->rootsAreDrawable()) {
     const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
     if (isAsGood || now - pendingSince >= kLongestPending) {
@@ -120,16 +121,23 @@ void Globe::State::evict() {
   if (next) next->forest.evict(contentBudget);
 }
 
-DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& maker) const {
+DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& maker) {
   const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
   DrawnTile out{.id = tile.id,
                 .mesh = content.mesh,
                 .coarseEdges = tile.coarseEdges,
                 .morph = tile.morph,
-                .colour = content.colour,
+                .firstPicture = static_cast<std::uint32_t>(frame.pictures.size()),
                 .relief = content.relief,
                 .error_px = tile.error_px};
-  if (out.colour) out.colourWindow = windowIn(tile.id, content.colourLevel, maker.colours.pixels(), raster::kGutter);
+  for (std::size_t i = 0; i < content.pictures.size(); ++i) {
+    const LayerPicture& picture = content.pictures[i];
+    if (!picture.image) continue;
+    frame.pictures.push_back({.image = picture.image,
+                              .window = windowIn(tile.id, picture.level, maker.colours.pixels(i), raster::kGutter),
+                              .layer = static_cast<std::uint32_t>(i)});
+    ++out.pictureCount;
+  }
   if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
   return out;
 }
@@ -153,6 +161,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
                    !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
   frame.tiles.clear();
+  frame.pictures.clear();
   for (const SelectedTile& tile : selection.drawn)
     frame.tiles.push_back(drawn(tile, maker));
   fillSoon(selection);
@@ -215,6 +224,11 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
                                                      const GlobeOptions& options) {
   auto state = std::make_unique<State>(scene, options);
   state->resources = layers.resources;
+  for (const GlobeLayers::Imagery& layer : layers.imagery) {
+    state->frame.looks.push_back(layer.look);
+    const std::string& source = layer.source.open ? layer.source.open->info().name : layer.source.name;
+    state->imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
+  }
   const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
   auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
   if (!roster) return tl::unexpected(std::move(roster.error()));
@@ -232,6 +246,12 @@ Lighting& Globe::lighting() {
 }
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;
+}
+std::span<LayerLook> Globe::imageryLooks() {
+  return state_->frame.looks;
+}
+const std::vector<std::string>& Globe::imageryNames() const {
+  return state_->imageryNames;
 }
 double& Globe::exaggeration() {
   return state_->frame.exaggeration;

@@ -5,7 +5,9 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -52,6 +54,12 @@ class Globe {
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
+  /// How each imagery layer is shown, bottom first. May be changed at any time and counts from the next update: nothing
+  /// is loaded again, and the same tiles are drawn, but for layers that become visible or are visible no more: their
+  /// finer pictures begin or cease to count.
+  std::span<LayerLook> imageryLooks();
+  /// For people, a layer each.
+  const std::vector<std::string>& imageryNames() const;
   /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first.
   /// May be changed at any time.
   double& exaggeration();

@@ -8,6 +8,7 @@
 
 #include "io/resources.h"
 #include "raster/tile_source.h"
+#include "scene/layer_look.h"
 
 namespace tellurion::scene {
 
@@ -33,8 +34,9 @@ struct LayerSource {
 struct GlobeLayers {
   struct Imagery {
     LayerSource source;
-    double opacity = 1.0;
-    bool nightLights = false;
+    std::vector<LayerSource> alsoFrom;  ///< as ImageryLayer has it
+    LayerLook look;
+    std::string name;  ///< empty: the last part of the source's
   };
   std::vector<LayerSource> elevation;
   std::vector<Imagery> imagery;

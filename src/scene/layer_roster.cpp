@@ -40,7 +40,7 @@ bool isMeshable(int cells) {
 }
 
 /// The cells a side of the tiles of the first source that is open already, which all others must have.
-int cellsOf(const LayerSource& source, int soFar, bool& isFirst) {
+int firstCells(const LayerSource& source, int soFar, bool& isFirst) {
   if (!source.open || !isFirst) return soFar;
   isFirst = false;
   return source.open->info().tileCells;
@@ -63,7 +63,7 @@ struct LayerRoster::Entry {
 
   raster::Kind kind = raster::Kind::elevation;
   LayerSource source;
-  GlobeLayers::Imagery imagery;  ///< how it is shown; its source is `source`
+  std::size_t layer = 0;  ///< of its kind
   State state = State::opening;
   bool isTold = false;  ///< maker() has it
   std::shared_ptr<LayerTiles> tiles;
@@ -87,25 +87,31 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
                                                              std::uint64_t budgetBytes, TileFetches& fetches,
                                                              Doorbell& bell) {
   std::unique_ptr<LayerRoster> roster(new LayerRoster(scene, fetches, bell));
-  const std::size_t count = layers.elevation.size() + layers.imagery.size();
+  std::size_t count = layers.elevation.size() + layers.imagery.size();
+  for (const GlobeLayers::Imagery& layer : layers.imagery)
+    count += layer.alsoFrom.size();
   roster->layerBudgetBytes_ = budgetBytes / std::max<std::size_t>(count, 1);
 
   bool isFirst = true;
   for (const LayerSource& source : layers.elevation)
-    roster->cells_ = cellsOf(source, roster->cells_, isFirst);
-  isFirst = true;
-  for (const GlobeLayers::Imagery& layer : layers.imagery)
-    roster->pixels_ = cellsOf(layer.source, roster->pixels_, isFirst);
+    roster->cells_ = firstCells(source, roster->cells_, isFirst);
+  for (const GlobeLayers::Imagery& layer : layers.imagery) {
+    ImageryLayout& layout = roster->layout_.emplace_back();
+    layout.nightLights = layer.look.nightLights;
+    isFirst = true;
+    layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
+    for (const LayerSource& set : layer.alsoFrom)
+      layout.pixels = firstCells(set, layout.pixels, isFirst);
+  }
 
   std::size_t late = 0;
-  const auto take = [&](raster::Kind kind, LayerSource& source) -> std::optional<io::Failure> {
-    Entry& entry = roster->add(kind, std::move(source));
+  const auto take = [&](raster::Kind kind, LayerSource& source, std::size_t layer) -> std::optional<io::Failure> {
+    Entry& entry = roster->add(kind, std::move(source), layer);
     if (!entry.source.open) {
       ++late;
       return std::nullopt;
     }
-    auto wrong = misfit(entry.source.open->info(), roster->tiling_, roster->body_, kind,
-                        kind == raster::Kind::elevation ? roster->cells_ : roster->pixels_);
+    auto wrong = misfit(entry.source.open->info(), roster->tiling_, roster->body_, kind, roster->cellsOf(entry));
     if (!wrong && kind == raster::Kind::elevation && !isMeshable(roster->cells_))
       wrong =
           io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
@@ -113,20 +119,28 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
     if (!wrong) roster->fetchRoots(entry);
     return wrong;
   };
-  for (LayerSource& source : layers.elevation) {
-    if (auto wrong = take(raster::Kind::elevation, source)) return tl::unexpected(std::move(*wrong));
+  for (std::size_t i = 0; i < layers.elevation.size(); ++i) {
+    if (auto wrong = take(raster::Kind::elevation, layers.elevation[i], i)) return tl::unexpected(std::move(*wrong));
   }
-  for (GlobeLayers::Imagery& layer : layers.imagery) {
-    if (auto wrong = take(raster::Kind::imagery, layer.source)) return tl::unexpected(std::move(*wrong));
-    roster->imagery_.back()->imagery = std::move(layer);
+  for (std::size_t i = 0; i < layers.imagery.size(); ++i) {
+    GlobeLayers::Imagery& layer = layers.imagery[i];
+    if (auto wrong = take(raster::Kind::imagery, layer.source, i)) return tl::unexpected(std::move(*wrong));
+    for (LayerSource& set : layer.alsoFrom) {
+      if (auto wrong = take(raster::Kind::imagery, set, i)) return tl::unexpected(std::move(*wrong));
+    }
   }
   if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
   return roster;
 }
 
-LayerRoster::Entry& LayerRoster::add(raster::Kind kind, LayerSource source) {
+int LayerRoster::cellsOf(const Entry& entry) const {
+  return entry.kind == raster::Kind::elevation ? cells_ : layout_[entry.layer].pixels;
+}
+
+LayerRoster::Entry& LayerRoster::add(raster::Kind kind, LayerSource source, std::size_t layer) {
   auto entry = std::make_unique<Entry>();
   entry->kind = kind;
+  entry->layer = layer;
   entry->source = std::move(source);
   auto& all = kind == raster::Kind::elevation ? elevation_ : imagery_;
   return *all.emplace_back(std::move(entry));
@@ -155,8 +169,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
   }
   entry.trouble.reset();
   entry.source.open = std::move(*slot->source);
-  auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind,
-                      entry.kind == raster::Kind::elevation ? cells_ : pixels_);
+  auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind, cellsOf(entry));
   if (wrong) {
     entry.state = Entry::State::failed;
     ledger_->add(std::move(*wrong));
@@ -207,20 +220,23 @@ bool LayerRoster::isDue(Clock::time_point now) const {
 ContentMaker LayerRoster::maker(bool regularMesh) {
   std::vector<std::shared_ptr<LayerTiles>> ground;
   std::vector<ColourLayers::Layer> colours;
+  for (const ImageryLayout& layout : layout_) {
+    ColourLayers::Layer& layer = colours.emplace_back();
+    layer.pixels = layout.pixels;
+    layer.nightLights = layout.nightLights;
+  }
   for (const auto& entry : elevation_) {
     entry->isTold = entry->state == Entry::State::ready;
     if (entry->isTold) ground.push_back(entry->tiles);
   }
   for (const auto& entry : imagery_) {
     entry->isTold = entry->state == Entry::State::ready;
-    colours.push_back({.tiles = entry->isTold ? entry->tiles : nullptr,
-                       .opacity = entry->imagery.opacity,
-                       .nightLights = entry->imagery.nightLights});
+    if (entry->isTold) colours[entry->layer].sets.push_back(entry->tiles);
   }
   return {.tiling = tiling_,
           .ellipsoid = body_.ellipsoid,
           .ground = GroundLayers(tiling_, std::move(ground), cells_),
-          .colours = ColourLayers(std::move(colours), pixels_),
+          .colours = ColourLayers(std::move(colours)),
           .regularMesh = regularMesh};
 }
 

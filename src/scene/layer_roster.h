@@ -50,7 +50,8 @@ class LayerRoster {
  private:
   struct Entry;
   LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
-  Entry& add(raster::Kind kind, LayerSource source);
+  Entry& add(raster::Kind kind, LayerSource source, std::size_t layer);
+  int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
   void takeOpened(Entry& entry, Clock::time_point now);
   void fetchRoots(Entry& entry);
@@ -63,10 +64,14 @@ class LayerRoster {
   std::shared_ptr<LoadLedger> ledger_;
   std::uint64_t layerBudgetBytes_ = 0;
   int cells_ = raster::kElevationCells;
-  int pixels_ = raster::kImageryPixels;
+  struct ImageryLayout {
+    int pixels = raster::kImageryPixels;  ///< a side of a tile, of all data sets of the layer
+    bool nightLights = false;
+  };
+  std::vector<ImageryLayout> layout_;  ///< an imagery layer each
   std::vector<std::unique_ptr<Entry>> elevation_;
-  std::vector<std::unique_ptr<Entry>> imagery_;
-  std::unique_ptr<io::Executor> opener_;  ///< last: its threads ring the bell and fill entries
+  std::vector<std::unique_ptr<Entry>> imagery_;  ///< a data set each, those of a layer next to each other
+  std::unique_ptr<io::Executor> opener_;         ///< last: its threads ring the bell and fill entries
 };
 
 }  // namespace tellurion::scene

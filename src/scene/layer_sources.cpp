@@ -22,6 +22,7 @@
 #include "raster/raster_file.h"
 #include "raster/service.h"
 #include "raster/service_url.h"
+#include "scene/layer_entry.h"
 
 namespace tellurion::scene {
 namespace {
@@ -218,8 +219,12 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
   for (const ImageryLayer& layer : scene.imagery) {
     auto source = openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
-    layers.imagery.push_back(
-        {.source = std::move(*source), .opacity = layer.opacity, .nightLights = layer.nightLights});
+    layers.imagery.push_back({.source = std::move(*source), .alsoFrom = {}, .look = layer.look, .name = layer.name});
+    for (const std::string& path : layer.alsoFrom) {
+      auto further = openSource(path, raster::Kind::imagery, scene, progress, stop);
+      if (!further) return tl::unexpected(std::move(further.error()));
+      layers.imagery.back().alsoFrom.push_back(std::move(*further));
+    }
   }
   return layers;
 }

@@ -124,7 +124,7 @@ io::Result<Scene> openScene(std::string_view argument) {
     if (layer.kind == raster::Kind::elevation) {
       scene.elevation.push_back({.source = layer.path});
     } else {
-      scene.imagery.push_back({.source = layer.path});
+      scene.imagery.push_back({.name = {}, .source = layer.path, .alsoFrom = {}, .look = {}});
     }
   }
   return scene;

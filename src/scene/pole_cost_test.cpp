@@ -40,10 +40,12 @@ Cost costOf(const Frame& frame) {
   for (const DrawnTile& tile : frame.tiles) {
     cost.tiles += 1.0;
     cost.triangles += static_cast<double>(indicesDrawn(tile)) / 3.0;
-    for (const auto& picture : {tile.colour, tile.relief}) {
-      if (picture && seen.insert(picture->serial).second)
-        cost.texels += static_cast<double>(picture->mips.front().samples.size());
-    }
+    const auto add = [&](const TextureImage& picture) {
+      if (seen.insert(picture.serial).second) cost.texels += static_cast<double>(picture.mips.front().samples.size());
+    };
+    if (tile.relief) add(*tile.relief);
+    for (std::size_t i = tile.firstPicture; i < tile.firstPicture + tile.pictureCount; ++i)
+      add(*frame.pictures[i].image);
   }
   return cost;
 }

@@ -10,17 +10,11 @@ namespace tellurion::scene {
 /// the Globe, between draws.
 class Residency {
  public:
-  struct MissingBytes {
-    std::uint64_t mesh = 0;
-    std::uint64_t colour = 0;
-    std::uint64_t relief = 0;
-  };
-
   virtual ~Residency() = default;
-  /// What drawing these would copy. Pictures may be null. 0 too for what found no room in the last frame: it is drawn
-  /// without.
-  virtual MissingBytes missing(const TerrainMesh& mesh, const TextureImage* colour,
-                               const TextureImage* relief) const = 0;
+  // Bytes that drawing these would copy. 0 too for a picture that found no room in the last frame: it is drawn without.
+  virtual std::uint64_t missingBytes(const TerrainMesh& mesh) const = 0;
+  virtual std::uint64_t missingColourBytes(const TextureImage& image) const = 0;
+  virtual std::uint64_t missingReliefBytes(const TextureImage& image) const = 0;
   /// Another number once something that was not missing may be.
   virtual std::uint64_t departures() const = 0;
 };

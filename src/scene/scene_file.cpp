@@ -150,13 +150,12 @@ class SceneReader {
   void readSource(const toml::table& layer, std::string_view kind, Layer& out) const {
     const toml::node* node = layer.get("source");
     if (node == nullptr) complain(layer.source(), "the layer has no source");
-    out.source = string(*node, "source");
-    if (!isServiceUrl(out.source)) {
-      const fs::path path(out.source);
-      out.source = (path.is_absolute() ? path : folder_ / path).string();
-    }
+    const toml::array* several = node->as_array();
+    if (several != nullptr && several->empty()) complain(node->source(), "the layer's list of sources is empty");
+    out.source = sourceAt(several != nullptr ? *several->get(0) : *node);
     const std::string type = stringAt(layer, "type").value_or("");
     out.from = kindOfSource(layer, type, out.source);
+    if (several != nullptr && several->size() > 1) readFurther(*several, kind, type, out);
     if (out.from == SourceKind::service) {
       out.service = service(layer, out.source, type);
       return;
@@ -170,6 +169,32 @@ class SceneReader {
                fmt::format("{}: type = \"{}\" is for files of this machine", raster::withoutSecrets(out.source), type));
     std::error_code error;
     if (!fs::exists(out.source, error)) complain(node->source(), absence(out.source, kind), Code::notFound);
+  }
+
+  std::string sourceAt(const toml::node& node) const {
+    const std::string text = string(node, "source");
+    if (isServiceUrl(text)) return text;
+    const fs::path path(text);
+    return (path.is_absolute() ? path : folder_ / path).string();
+  }
+
+  /// All but the first of a list of sources.
+  template <class Layer>
+  void readFurther(const toml::array& several, std::string_view kind, const std::string& type, Layer& out) const {
+    if constexpr (requires { out.alsoFrom; }) {
+      for (std::size_t i = 0; i < several.size(); ++i) {
+        const toml::node& node = *several.get(i);
+        const std::string source = sourceAt(node);
+        if (out.from == SourceKind::service || (type.empty() && sourceKindOf(source) == SourceKind::service))
+          complain(node.source(), "a list of sources is of files; make the layer of a server one of its own");
+        std::error_code error;
+        if (!fs::exists(source, error)) complain(node.source(), absence(source, kind), Code::notFound);
+        if (i > 0) out.alsoFrom.push_back(source);
+      }
+    } else {
+      complain(several.source(),
+               fmt::format("a layer of {} has one source; make the others layers of their own", kind));
+    }
   }
 
   SourceKind kindOfSource(const toml::table& layer, const std::string& type, const std::string& source) const {
@@ -247,16 +272,39 @@ class SceneReader {
   }
 
   ImageryLayer imagery(const toml::table& layer) const {
-    allow(layer, withServiceKeys({"source", "type", "opacity", "role"}));
+    allow(layer, withServiceKeys({"source", "type", "name", "role", "visible", "opacity", "blend", "brightness",
+                                  "contrast", "saturation", "gamma"}));
     ImageryLayer out;
+    out.name = stringAt(layer, "name").value_or("");
+    out.look = look(layer);
     readSource(layer, "imagery", out);
-    out.opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0);
     if (const toml::node* node = layer.get("role")) {
       const std::string role = string(*node, "role");
       if (role != "colour" && role != "night_lights") {
         complain(node->source(), fmt::format("no role '{}'; allowed: colour, night_lights", role));
       }
-      out.nightLights = role == "night_lights";
+      out.look.nightLights = role == "night_lights";
+    }
+    return out;
+  }
+
+  LayerLook look(const toml::table& layer) const {
+    LayerLook out;
+    const auto adjustment = [&](std::string_view key, double least) {
+      return numberAt(layer, key, least, kMostAdjustment, 1.0);
+    };
+    out.visible = boolAt(layer, "visible", true);
+    out.opacity = numberAt(layer, "opacity", 0.0, 1.0, 1.0);
+    out.brightness = adjustment("brightness", 0.0);
+    out.contrast = adjustment("contrast", 0.0);
+    out.saturation = adjustment("saturation", 0.0);
+    out.gamma = adjustment("gamma", kLeastGamma);
+    if (const toml::node* node = layer.get("blend")) {
+      const std::string name = string(*node, "blend");
+      const auto mode = blendModeByName(name);
+      if (!mode)
+        complain(node->source(), fmt::format("no blend mode '{}'; allowed: normal, multiply, screen, add", name));
+      out.blend = *mode;
     }
     return out;
   }

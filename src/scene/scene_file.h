@@ -9,6 +9,7 @@
 #include "geo/geodetic.h"
 #include "io/failure.h"
 #include "raster/service.h"
+#include "scene/layer_look.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -30,11 +31,14 @@ struct ElevationLayer {
 
 /// Colours, or the lights of the night. Later layers lie over earlier ones.
 struct ImageryLayer {
+  std::string name;  ///< for people; empty: the source's
   std::string source;
   SourceKind from = SourceKind::file;
   raster::ServiceLayer service;
-  double opacity = 1.0;      ///< 0..1, multiplies the coverage
-  bool nightLights = false;  ///< shown where the sun is below the horizon, added to the ground; its brightness counts
+  /// Further data sets of the layer, of this machine: at each place the finest that has data counts, of equally fine
+  /// ones the later.
+  std::vector<std::string> alsoFrom;
+  LayerLook look;  ///< at first (Globe::imageryLooks)
 };
 
 /// Where the light comes from. The default lights relief from one side whatever the view.

@@ -67,12 +67,41 @@ ambient = 0.25
   ASSERT_EQ(scene.elevation.size(), 1u);
   EXPECT_EQ(scene.elevation[0].source, (folder / "a.tdb").string());
   ASSERT_EQ(scene.imagery.size(), 2u);
-  EXPECT_EQ(scene.imagery[0].opacity, 0.5);
-  EXPECT_FALSE(scene.imagery[0].nightLights);
-  EXPECT_TRUE(scene.imagery[1].nightLights);
+  EXPECT_EQ(scene.imagery[0].look.opacity, 0.5);
+  EXPECT_FALSE(scene.imagery[0].look.nightLights);
+  EXPECT_TRUE(scene.imagery[1].look.nightLights);
   EXPECT_EQ(scene.lighting.sun, Lighting::Sun::fixed);
   EXPECT_LT(geo::angleBetween(scene.lighting.subsolar, geo::directionFromDegrees(10, -20.5)).radians(), 1e-15);
   EXPECT_EQ(scene.lighting.ambient, 0.25);
+}
+
+TEST_F(SceneFile, howALayerLooks) {
+  const Scene scene = good(R"([[imagery]]
+source = ["a.tdb", "b.tif"]
+name = "Two"
+visible = false
+blend = "screen"
+brightness = 1.5
+contrast = 0.5
+saturation = 0
+gamma = 2.2
+[[imagery]]
+source = "b.tif"
+)");
+  const ImageryLayer& layer = scene.imagery.at(0);
+  EXPECT_EQ(layer.name, "Two");
+  EXPECT_EQ(layer.source, (folder / "a.tdb").string());
+  EXPECT_EQ(layer.alsoFrom, std::vector{(folder / "b.tif").string()});
+  EXPECT_FALSE(layer.look.visible);
+  EXPECT_EQ(layer.look.blend, BlendMode::screen);
+  EXPECT_EQ(layer.look.brightness, 1.5);
+  EXPECT_EQ(layer.look.contrast, 0.5);
+  EXPECT_EQ(layer.look.saturation, 0.0);
+  EXPECT_EQ(layer.look.gamma, 2.2);
+  EXPECT_TRUE(layer.look.adjusts());
+  const LayerLook& plain = scene.imagery.at(1).look;
+  EXPECT_TRUE(plain.visible && !plain.adjusts() && plain.blend == BlendMode::normal);
+  EXPECT_EQ(plain.opacity, 1.0);
 }
 
 TEST_F(SceneFile, leftOutMeansEarthOnTheCubeLitFromBehindTheEye) {
@@ -101,6 +130,14 @@ TEST_F(SceneFile, whatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nopacity = 1.5").find("from 0 to 1"), std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nopacity = nan").find("from 0 to 1"), std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nrole = \"sun\"").find("night_lights"), std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nblend = \"burn\"").find("normal, multiply, screen, add"),
+            std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\ngamma = 0").find("from 0.1 to 10"), std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nbrightness = -1").find("from 0 to 10"), std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nvisible = 1").find("true or false"), std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = []").find("list of sources is empty"), std::string::npos);
+  EXPECT_NE(bad("[[imagery]]\nsource = [\"a.tdb\", \"c.tdb\"]").find("there is no file"), std::string::npos);
+  EXPECT_NE(bad("[[elevation]]\nsource = [\"a.tdb\"]").find("text in quotes"), std::string::npos);
   EXPECT_NE(bad("[light]\nsun = [91, 0]").find("from -90 to 90"), std::string::npos);
   EXPECT_NE(bad("[light]\nsun = \"moon\"").find("\"camera\" or"), std::string::npos);
   EXPECT_NE(bad("[light]\nsun = [1]").find("\"camera\" or"), std::string::npos);

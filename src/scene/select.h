@@ -37,8 +37,8 @@ struct CutOptions {
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
   double fade_s = 0.3;
-  /// With morphing: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has left its
-  /// parents' surfaces when a moving eye gets to see it; a share of half the picture.
+  /// With morphing: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has left
+  /// its parents' surfaces when a moving eye gets to see it; a share of half the picture.
   double margin = 0.15;
   /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
   /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.

@@ -299,6 +299,21 @@ OrientedBox boxOf(const SurfaceGrid& grid, double margin_m) {
   return boxAround(points, across, grid.up[grid.index(middle, middle)].n, margin_m);
 }
 
+/// How far the ellipsoid's normals lean away from the middle one.
+void setNormals(const SurfaceGrid& grid, TerrainMesh& mesh) {
+  const geo::Vec3 middle = grid.up[grid.index(grid.cells / 2, grid.cells / 2)].n;
+  double most2 = 0.0;
+  for (int row = 0; row <= grid.cells; ++row) {
+    for (int col = 0; col <= grid.cells; ++col) {
+      const geo::Vec3 apart = grid.up[grid.index(col, row)].n - middle;
+      most2 = std::max(most2, geo::dot(apart, apart));
+    }
+  }
+  constexpr double kRounding = 1e-4;  // of normals with 16 bits an axis
+  mesh.middleUp_body = geo::Vec3f(middle);
+  mesh.upReach = static_cast<float>(std::sqrt(most2) + kRounding);
+}
+
 }  // namespace
 
 std::uint64_t nextSerial() {
@@ -341,6 +356,7 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
     mesh.fineEdge[e] = writer.add(triangles.fine[e]);
   for (std::size_t e = 0; e < 4; ++e)
     mesh.coarseEdge[e] = writer.add(triangles.coarse[e]);
+  setNormals(grid, mesh);
   const double reach_m = writer.reach_m();
   const double error_m =
       errorOf(triangles, grid, cellSide_m(tiling, ellipsoid, grid)) + errorWithinCells(tiling, ellipsoid, grid);

@@ -720,7 +720,7 @@ TEST_P(MeshOnTiling, errorsHoldWhereDataEnd) {
     const ContentMaker maker{.tiling = tiling,
                              .ellipsoid = kEarth,
                              .ground = GroundLayers(tiling, std::move(layers), 64),
-                             .colours = ColourLayers({}, 256)};
+                             .colours = ColourLayers({})};
     double worst = 0.0;
     for (int i = 0; i < 40; ++i) {
       const geo::Direction edge = geo::Direction{geo::normalize(

@@ -28,20 +28,6 @@ double sideOf(const SurfaceGrid& grid) {
   return std::max(across, down);
 }
 
-void addColour(const ColourLayers& layers, const tiling::TileId& id, const TileContent* parent, const SurfaceGrid& grid,
-               TileContent& content) {
-  const ComposedColour colour = layers.compose(id);
-  content.colour = colour.image;
-  content.colourLevel = id.level;
-  if (colour.image) {
-    content.bytes += bytesOf(*colour.image);
-  } else if (parent != nullptr) {
-    content.colour = parent->colour;
-    content.colourLevel = parent->colourLevel;
-  }
-  if (colour.finerBelow) content.texel_m = sideOf(grid) / layers.pixels();
-}
-
 void addRelief(const ComposedGround& ground, const tiling::TileId& id, const TileContent* parent,
                const SurfaceGrid& grid, TileContent& content) {
   if (ground.level < 0) return;
@@ -66,11 +52,15 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   content->mesh = made.mesh;
   content->box = grown(made.box, composed.error_m);
   content->error_m = id.level < kDeepestLevel ? made.error_m + composed.error_m : 0.0;
-  content->spacing_m = id.level < kDeepestLevel ? sideOf(grid) / grid.cells : 0.0;
+  content->side_m = sideOf(grid);
+  content->spacing_m = id.level < kDeepestLevel ? content->side_m / grid.cells : 0.0;
   content->range = composed.range;
   content->childRange = composed.childRange;
   addRelief(composed, id, parent, grid, *content);
-  addColour(colours, id, parent, grid, *content);
+  content->pictures =
+      colours.pictures(id, parent != nullptr ? std::span(parent->pictures) : std::span<const LayerPicture>());
+  for (const LayerPicture& picture : content->pictures)
+    content->bytes += sizeof(LayerPicture) + (picture.isOwn && picture.image ? bytesOf(*picture.image) : 0);
   content->heights = std::move(composed.heights);
   content->bytes += sizeof(TileContent) + bytesOf(*content->mesh) + content->heights.samples.size() * sizeof(float);
   return content;
@@ -79,6 +69,15 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
 void ContentMaker::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
   ground.addNeeds(id, needs);
   colours.addNeeds(id, needs);
+}
+
+double texelOf_m(const TileContent& content, const ColourLayers& layers, std::span<const LayerLook> looks) {
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < content.pictures.size(); ++i) {
+    if (content.pictures[i].finerBelow && looks[i].visible)
+      largest_m = std::max(largest_m, content.side_m / layers.pixels(i));
+  }
+  return largest_m;
 }
 
 TextureWindow windowIn(const tiling::TileId& id, int level, int cells, double border) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "scene/colour_layers.h"
 #include "scene/ground_layers.h"
@@ -16,19 +18,21 @@ inline constexpr int kDeepestLevel = 26;
 /// All that is needed to draw a tile and to plan beyond it. Immutable once made; shared by workers, globe and frame.
 struct TileContent {
   std::shared_ptr<const TerrainMesh> mesh;
-  std::shared_ptr<const TextureImage> colour;  ///< its own or an ancestor's, as are the next three
-  int colourLevel = 0;
-  std::shared_ptr<const TextureImage> relief;
+  std::vector<LayerPicture> pictures;          ///< a layer each, bottom first
+  std::shared_ptr<const TextureImage> relief;  ///< its own or an ancestor's
   int reliefLevel = 0;
   GroundSamples heights;
   OrientedBox box;    ///< holds the ground of the tile and of all below it
   HeightRange range;  ///< of the ground of the tile and of all below it
   std::array<HeightRange, 4> childRange;
   double error_m = 0.0;  ///< as TileFacts has it
-  double texel_m = 0.0;
+  double side_m = 0.0;
   double spacing_m = 0.0;
   std::uint64_t bytes = 0;  ///< of what is its own
 };
+
+/// TileFacts::texel_m of a tile when these layers are looked at: those that have finer pictures below count.
+double texelOf_m(const TileContent& content, const ColourLayers& layers, std::span<const LayerLook> looks);
 
 /// Everything that makes contents. Immutable, thread-safe.
 struct ContentMaker {

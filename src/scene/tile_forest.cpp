@@ -29,8 +29,23 @@ std::int64_t trianglesOf(const TerrainMesh& mesh) {
 
 }  // namespace
 
-void TileForest::begin(double exaggeration, const Residency* gpu) {
+/// What tiles miss, and how fine they must be, depends on which layers are visible.
+void TileForest::lookAt(std::span<const LayerLook> looks) {
+  looks_ = looks;
+  wasVisible_.resize(looks.size(), false);
+  bool same = true;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    same = same && wasVisible_[i] == looks[i].visible;
+    wasVisible_[i] = looks[i].visible;
+  }
+  if (same) return;
+  ++visibility_;
+  ++residency_;
+}
+
+void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) {
   ++updates_;
+  lookAt(looks);
   exaggeration_ = exaggeration;
   const std::uint64_t now = gpu != nullptr ? gpu->departures() : 0;
   if (gpu != gpu_ || now != departures_) ++residency_;
@@ -46,6 +61,7 @@ TileFacts* TileForest::use(const tiling::TileId& id, TileRecord& r) {
     makeBox(id, r);
     if (r.content) takeFacts(id, r);
   }
+  if (r.content && r.visibility != visibility_) takeTexels(r);
   takeCopies(id.level, r);
   return &r;
 }
@@ -73,11 +89,20 @@ void TileForest::takeCopies(int level, TileRecord& r) const {
     r.residency = 0;
   } else if (r.copy_bytes > 0 || r.residency != residency_) {
     const TileContent& c = *r.content;
-    const Residency::MissingBytes missing = gpu_->missing(*c.mesh, c.colour.get(), c.relief.get());
-    r.copy_bytes =
-        missing.mesh + shareOf(missing.colour, level - c.colourLevel) + shareOf(missing.relief, level - c.reliefLevel);
+    r.copy_bytes = gpu_->missingBytes(*c.mesh);
+    if (c.relief) r.copy_bytes += shareOf(gpu_->missingReliefBytes(*c.relief), level - c.reliefLevel);
+    for (std::size_t i = 0; i < c.pictures.size(); ++i) {
+      const LayerPicture& picture = c.pictures[i];
+      if (picture.image && looks_[i].visible)
+        r.copy_bytes += shareOf(gpu_->missingColourBytes(*picture.image), level - picture.level);
+    }
     r.residency = residency_;
   }
+}
+
+void TileForest::takeTexels(TileRecord& r) const {
+  r.texel_m = texelOf_m(*r.content, maker_.colours, looks_);
+  r.visibility = visibility_;
 }
 
 TileRecord& TileForest::record(const tiling::TileId& id) {
@@ -130,7 +155,7 @@ void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   const double more = std::max(1.0, exaggeration_);
   r.drawable = true;
   r.error_m = content.error_m * more;
-  r.texel_m = content.texel_m;
+  takeTexels(r);
   r.spacing_m = content.spacing_m;
   r.triangles = trianglesOf(*content.mesh);
   r.bytes = content.bytes;

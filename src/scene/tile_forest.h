@@ -3,7 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <unordered_map>
+#include <vector>
 
 #include "scene/residency.h"
 #include "scene/select.h"
@@ -19,6 +21,7 @@ struct TileRecord final : TileFacts {
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<TileJob> job;  ///< asked for and not here yet
   std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
+  std::uint64_t visibility = 0;  ///< number of the layers in sight that facts.texel_m was made for
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
 };
@@ -33,9 +36,9 @@ class TileForest final : public TileTree {
   const ContentMaker& maker() const { return maker_; }
   std::uint64_t contentBytes() const { return contentBytes_; }  ///< of meshes, pictures and heights
 
-  /// Another update: what is used from here on counts as used in it. gpu: what is on it, or null; is asked while the
-  /// update lasts.
-  void begin(double exaggeration, const Residency* gpu);
+  /// Another update: what is used from here on counts as used in it. looks: of the imagery layers; gpu: what is on it,
+  /// or null; both are asked while the update lasts.
+  void begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu);
   std::uint64_t updates() const { return updates_; }
 
   TileFacts* root(int root) override;
@@ -55,7 +58,9 @@ class TileForest final : public TileTree {
 
  private:
   TileFacts* use(const tiling::TileId& id, TileRecord& r);
+  void lookAt(std::span<const LayerLook> looks);
   void takeCopies(int level, TileRecord& r) const;
+  void takeTexels(TileRecord& r) const;
   double reachOfParent_m(const tiling::TileId& id) const;
   OrientedBox drawnBox(const tiling::TileId& id, const HeightRange& range) const;
   void makeBox(const tiling::TileId& id, TileRecord& r) const;
@@ -66,9 +71,12 @@ class TileForest final : public TileTree {
   std::uint64_t contentBytes_ = 0;
   std::uint64_t updates_ = 0;
   double exaggeration_ = 1.0;
-  const Residency* gpu_ = nullptr;  ///< of this update
-  std::uint64_t departures_ = 0;    ///< of that
-  std::uint64_t residency_ = 0;     ///< rises when something may have left, and with another GPU
+  const Residency* gpu_ = nullptr;    ///< of this update
+  std::uint64_t departures_ = 0;      ///< of that
+  std::uint64_t residency_ = 0;       ///< rises when something may have left, and with another GPU
+  std::span<const LayerLook> looks_;  ///< of this update
+  std::vector<bool> wasVisible_;      ///< of each imagery layer
+  std::uint64_t visibility_ = 1;      ///< rises when that changes
 };
 
 }  // namespace tellurion::scene

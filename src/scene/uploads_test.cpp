@@ -25,10 +25,12 @@ class FakeGpu final : public Residency {
  public:
   std::size_t capacity = 1u << 20u;
 
-  MissingBytes missing(const TerrainMesh& mesh, const TextureImage* colour, const TextureImage* relief) const override {
-    return {.mesh = bytesFor(mesh.serial, 1000),
-            .colour = colour != nullptr ? bytesFor(kPicture + colour->serial, 100) : 0,
-            .relief = relief != nullptr ? bytesFor(2 * kPicture + relief->serial, 10) : 0};
+  std::uint64_t missingBytes(const TerrainMesh& mesh) const override { return bytesFor(mesh.serial, 1000); }
+  std::uint64_t missingColourBytes(const TextureImage& image) const override {
+    return bytesFor(kPicture + image.serial, 100);
+  }
+  std::uint64_t missingReliefBytes(const TextureImage& image) const override {
+    return bytesFor(2 * kPicture + image.serial, 10);
   }
   std::uint64_t departures() const override { return departures_; }
 
@@ -47,14 +49,16 @@ class FakeGpu final : public Residency {
     };
     for (const DrawnTile& tile : frame.tiles) {
       bring(tile.mesh->serial, 1000);
-      if (tile.colour) bring(kPicture + tile.colour->serial, 100);
+      for (std::size_t i = tile.firstPicture; i < tile.firstPicture + tile.pictureCount; ++i)
+        bring(kPicture + frame.pictures[i].image->serial, 100);
       if (tile.relief) bring(2 * kPicture + tile.relief->serial, 10);
     }
     const std::uint64_t drawn = copied;
     for (const DrawnTile& tile : frame.soon) {
       if (copied + kTile > drawn + frame.soonCopies_bytes) break;
       bring(tile.mesh->serial, 1000);
-      if (tile.colour) bring(kPicture + tile.colour->serial, 100);
+      for (std::size_t i = tile.firstPicture; i < tile.firstPicture + tile.pictureCount; ++i)
+        bring(kPicture + frame.pictures[i].image->serial, 100);
       if (tile.relief) bring(2 * kPicture + tile.relief->serial, 10);
     }
     while (held_.size() > capacity) {

@@ -12,3 +12,16 @@ const float kNightLightsOut = 0.02f;
 const float kNightLightRed = 1.0f;
 const float kNightLightGreen = 0.78f;
 const float kNightLightBlue = 0.45f;
+
+// Middle grey, about which contrast turns: linear light of half of full sRGB.
+const float kMiddleGrey = 0.2140411f;
+
+// Arrays of pictures that one draw call may read.
+const int kMostBlocks = 12;
+const int kPlacesABlock = 65536;
+
+// Blend modes.
+const int kNormal = 0;
+const int kMultiply = 1;
+const int kScreen = 2;
+const int kAdd = 3;

@@ -10,7 +10,7 @@ layout(location = 4) in vec3 originFine_rte;
 layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
-layout(location = 8) in ivec2 layers;
+layout(location = 8) in ivec3 layers;  // colour or first picture, relief, pictures
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
 layout(location = 10) in float placeT;
@@ -23,7 +23,10 @@ layout(location = 14) in float parentStep_m;
 out vec4 textureCoordinates;  // colour, relief
 out vec3 upInterpolated_body;
 flat out vec4 plainColour;
-flat out ivec2 textureLayers;
+flat out ivec3 textureLayers;
+
+// Neighbours may be drawn by programs that differ in what they do with the rest.
+invariant gl_Position;
 
 // A vertex relative to the snapped eye, correctly rounded to float whatever the tile's origin is, so that two tiles that
 // share a vertex draw it at the same place to the last bit. The origin comes in two floats whose sum is exact; Knuth's

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/texture_pool.h"
+#include "scene/frame.h"
+
+namespace tellurion::render {
+
+/// A picture as terrain_layers.frag.glsl reads it: three texels of a buffer, the last only where colours are adjusted.
+struct PictureRecord {
+  geo::Vec4f window;      ///< offset, scale; of a picture without room its mean light and coverage
+  float place = -1.0f;    ///< layer + kPlacesABlock * block; -1: without room
+  float opacity = 0.0f;   ///< of its colours
+  float lamps = 0.0f;     ///< strength of its night lights
+  float blend = 0.0f;     ///< number of the blend mode, as shaders/constants.glsl has it
+  geo::Vec4f adjustment;  ///< brightness, contrast, saturation, 1 / gamma
+};
+static_assert(sizeof(PictureRecord) == 48);
+
+/// A drawn picture and where it lies; without room: null.
+struct ResidentPicture {
+  const scene::DrawnPicture* picture = nullptr;
+  const TexturePlace* place = nullptr;
+};
+
+/// What draws a tile's colours.
+struct TileColours {
+  bool isLayered = false;   ///< the range of records; else one opaque picture as it is, or none
+  ResidentPicture one;      ///< of that
+  std::uint32_t first = 0;  ///< of that range
+  std::uint32_t count = 0;
+};
+
+/// Whether night lights may burn on some of a mesh's ground.
+bool lampsMayBurn(const scene::TerrainMesh& mesh, const scene::Light& light);
+
+/// Appends a record for each picture of a tile that can be seen: layers that are not visible are left out, and what
+/// lies below one that hides it, and night lights by day. Pictures bottom first; looks, by their layer.
+TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const scene::LayerLook> looks,
+                      bool lampsBurn, std::vector<PictureRecord>& records);
+
+}  // namespace tellurion::render
