@@ -10,8 +10,10 @@ import subprocess
 import sys
 import tomllib
 import unittest
+import urllib.request
 
 import map_servers
+from pictures_test import png_pixels
 
 SKIPPED = 77
 LAYERS = ("bluemarble", "heights")
@@ -80,7 +82,41 @@ class Services(unittest.TestCase):
         self.assertEqual(entry, {"source": self.wms.url, "type": "wms", "layer": "bluemarble", "attribution": "Tellurion's tests"})
         entry = self.entry("elevation", self.wms.url, "--layer", "heights", "--elevation")
         self.assertEqual(entry["layer"], "heights")
-        self.assertEqual(json.loads(self.answer(self.wms.url, "--layer", "heights", "--json"))["layer"], "heights")
+
+    def first_image(self, *words):
+        """What the server gives for the first image of a layer: (content type, bytes)."""
+        told = json.loads(self.answer(*words, "--json"))
+        self.assertGreater(told["levels"], 5)
+        with urllib.request.urlopen(told["first_image"], timeout=60) as answer:
+            return answer.headers["Content-Type"], answer.read()
+
+    def mean_colour(self, image, share=1.0):
+        """Of the upper left part of an image, as a share of its sides."""
+        path = self.work / "image.png"
+        path.write_bytes(image)
+        rows = png_pixels(path)[2]
+        pixels = [pixel for row in rows[:int(len(rows) * share)] for pixel in row[:int(len(row) * share)]]
+        return [sum(pixel[band] for pixel in pixels) / len(pixels) for band in range(3)]
+
+    def test_every_protocol_gives_the_western_hemisphere(self):
+        asked = {"wms 1.1.1": (self.wms.url, "--wms-version", "1.1.1"), "wms 1.3.0": (self.wms.url, "--wms-version", "1.3.0"),
+                 "wmts keys": (self.proxy.wmts_url, "--type", "wmts"), "wmts templates": (self.proxy.wmts_rest_url,)}
+        means = {}
+        for name, words in asked.items():
+            kind, image = self.first_image(*words, "--layer", "bluemarble")
+            self.assertEqual(kind, "image/png", name)
+            # The first tile of MapProxy's set spans 360 degrees both ways, the first image of a WMS 180.
+            means[name] = self.mean_colour(image, 0.5 if name.startswith("wmts") else 1.0)
+        for name, mean in means.items():
+            for band in range(3):
+                self.assertAlmostEqual(mean[band], means["wms 1.1.1"][band], delta=1.5, msg=name)
+        # Were latitude and longitude exchanged, the server would answer with an exception or another picture.
+        self.assertGreater(means["wms 1.3.0"][2], means["wms 1.3.0"][0] + 10, "mostly ocean")
+
+    def test_heights_come_as_numbers(self):
+        kind, image = self.first_image(self.wms.url, "--layer", "heights", "--elevation")
+        self.assertEqual(kind, "image/tiff")
+        self.assertIn(image[:4], (b"II*\0", b"MM\0*"))
 
     def test_wmts_by_keys_and_by_templates(self):
         for url in (self.proxy.wmts_url, self.proxy.wmts_rest_url):
