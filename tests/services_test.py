@@ -130,7 +130,10 @@ class Services(unittest.TestCase):
     def test_tms(self):
         offers = self.offers(self.proxy.tms_url, "--type", "tms")
         self.assertEqual(offers["type"], "tms")
-        self.assertEqual(len(offers["layers"]), 3)
+        names = [layer["name"] for layer in offers["layers"]]
+        self.assertEqual(names, ["bluemarble/geodetic", "bluemarble/geodetic_south", "bluemarble/mercator"])
+        for name in names:
+            self.assertEqual(self.first_image(self.proxy.tms_url, "--type", "tms", "--layer", name)[0], "image/png")
         self.assertEqual(self.offers(self.files.url)["layers"][0]["title"], "A tree")
         self.assertEqual(self.entry("imagery", self.files.url, "--layer", "tree")["type"], "tms")
         # A folder here is the same.
