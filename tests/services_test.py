@@ -22,6 +22,11 @@ TILE_MAP = """<?xml version="1.0"?><TileMap version="1.0.0"><Title>A tree</Title
 <TileFormat width="256" height="256" mime-type="image/png" extension="png"/><TileSets profile="global-geodetic">
 <TileSet href="0" units-per-pixel="0.703125" order="0"/></TileSets></TileMap>"""
 
+LAYER_SET = """<?xml version="1.0"?><LayerSet Name="t"><QuadTileSet><Name>A set</Name><ImageAccessor>
+<LevelZeroTileSizeDegrees>36</LevelZeroTileSizeDegrees><NumberLevels>6</NumberLevels><TextureSizePixels>512</TextureSizePixels>
+<ImageFileExtension>png</ImageFileExtension><ImageTileService><ServerUrl>{url}/worldwind</ServerUrl>
+<DataSetName>set</DataSetName></ImageTileService></ImageAccessor></QuadTileSet></LayerSet>"""
+
 
 class Services(unittest.TestCase):
     program = source = work = None
@@ -142,6 +147,15 @@ class Services(unittest.TestCase):
     def test_templates(self):
         template = self.files.url + "/{z}/{x}/{y}.png"
         self.assertEqual(self.entry("imagery", template, "--layer", "any"), {"source": template, "type": "xyz"})
+
+    def test_world_wind(self):
+        (self.work / "tree/set/0/4").mkdir(parents=True)
+        (self.work / "tree/set/0/4/0.png").write_bytes(b"the north-west tile: row 4 of 5 from the south")
+        (self.work / "tree/layers.xml").write_text(LAYER_SET.format(url=self.files.url))
+        for source in (self.work / "tree/layers.xml", self.files.url + "/layers.xml"):
+            entry = self.entry("imagery", source, "--layer", "A set")
+            self.assertEqual((entry["type"], entry["level_zero_degrees"], entry["max_level"]), ("worldwind", 36, 5))
+            self.assertIn(b"north-west", self.first_image(source, "--layer", "A set")[1])
 
     def test_mistakes(self):
         self.refused(1, (self.wms.url, "--layer", "blumarble"), "there is no layer 'blumarble'", "did you mean 'bluemarble'")
