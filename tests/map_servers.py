@@ -194,7 +194,7 @@ MAPPROXY = """services:
   tms: {{use_grid_names: true}}
 globals:
   cache: {{base_dir: '{cache}', lock_dir: '{cache}/locks', tile_lock_dir: '{cache}/tile_locks'}}
-  image: {{resampling_method: bilinear}}
+  image: {{resampling_method: bilinear, paletted: false}}
 grids:
   geodetic: {{base: GLOBAL_GEODETIC, origin: ul, num_levels: 12}}
   geodetic_south: {{base: GLOBAL_GEODETIC, origin: ll, num_levels: 12}}
@@ -217,7 +217,7 @@ class MapProxy:
         text += "layers:\n" + "".join(
             f"  - {{name: {name}, title: {name} of the proxy, sources: [{name}_cache]}}\n" for name in layers)
         text += "caches:\n" + "".join(
-            f"  {name}_cache: {{grids: [geodetic, geodetic_south, mercator], sources: [{name}_wms], format: image/png}}\n"
+            f"  {name}_cache: {{grids: [geodetic, geodetic_south, mercator], sources: [{name}_wms], format: image/png, image: {{transparent: true}}}}\n"
             for name in layers)
         text += "sources:\n" + "".join(
             f"  {name}_wms: {{type: wms, supported_srs: ['EPSG:4326', 'EPSG:3857'], "

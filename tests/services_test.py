@@ -10,8 +10,10 @@ import subprocess
 import sys
 import tomllib
 import unittest
+import urllib.request
 
 import map_servers
+from pictures_test import png_pixels
 
 SKIPPED = 77
 LAYERS = ("bluemarble", "heights")
@@ -19,6 +21,11 @@ TILE_MAP = """<?xml version="1.0"?><TileMap version="1.0.0"><Title>A tree</Title
 <BoundingBox minx="-180" miny="-90" maxx="180" maxy="90"/><Origin x="-180" y="-90"/>
 <TileFormat width="256" height="256" mime-type="image/png" extension="png"/><TileSets profile="global-geodetic">
 <TileSet href="0" units-per-pixel="0.703125" order="0"/></TileSets></TileMap>"""
+
+LAYER_SET = """<?xml version="1.0"?><LayerSet Name="t"><QuadTileSet><Name>A set</Name><ImageAccessor>
+<LevelZeroTileSizeDegrees>36</LevelZeroTileSizeDegrees><NumberLevels>6</NumberLevels><TextureSizePixels>512</TextureSizePixels>
+<ImageFileExtension>png</ImageFileExtension><ImageTileService><ServerUrl>{url}/worldwind</ServerUrl>
+<DataSetName>set</DataSetName></ImageTileService></ImageAccessor></QuadTileSet></LayerSet>"""
 
 
 class Services(unittest.TestCase):
@@ -80,7 +87,41 @@ class Services(unittest.TestCase):
         self.assertEqual(entry, {"source": self.wms.url, "type": "wms", "layer": "bluemarble", "attribution": "Tellurion's tests"})
         entry = self.entry("elevation", self.wms.url, "--layer", "heights", "--elevation")
         self.assertEqual(entry["layer"], "heights")
-        self.assertEqual(json.loads(self.answer(self.wms.url, "--layer", "heights", "--json"))["layer"], "heights")
+
+    def first_image(self, *words):
+        """What the server gives for the first image of a layer: (content type, bytes)."""
+        told = json.loads(self.answer(*words, "--json"))
+        self.assertGreater(told["levels"], 5)
+        with urllib.request.urlopen(told["first_image"], timeout=60) as answer:
+            return answer.headers["Content-Type"], answer.read()
+
+    def mean_colour(self, image, share=1.0):
+        """Of the upper left part of an image, as a share of its sides."""
+        path = self.work / "image.png"
+        path.write_bytes(image)
+        rows = png_pixels(path)[2]
+        pixels = [pixel for row in rows[:int(len(rows) * share)] for pixel in row[:int(len(row) * share)]]
+        return [sum(pixel[band] for pixel in pixels) / len(pixels) for band in range(3)]
+
+    def test_every_protocol_gives_the_western_hemisphere(self):
+        asked = {"wms 1.1.1": (self.wms.url, "--wms-version", "1.1.1"), "wms 1.3.0": (self.wms.url, "--wms-version", "1.3.0"),
+                 "wmts keys": (self.proxy.wmts_url, "--type", "wmts"), "wmts templates": (self.proxy.wmts_rest_url,)}
+        means = {}
+        for name, words in asked.items():
+            kind, image = self.first_image(*words, "--layer", "bluemarble")
+            self.assertEqual(kind, "image/png", name)
+            # The first tile of MapProxy's set spans 360 degrees both ways, the first image of a WMS 180.
+            means[name] = self.mean_colour(image, 0.5 if name.startswith("wmts") else 1.0)
+        for name, mean in means.items():
+            for band in range(3):
+                self.assertAlmostEqual(mean[band], means["wms 1.1.1"][band], delta=1.5, msg=name)
+        # Were latitude and longitude exchanged, the server would answer with an exception or another picture.
+        self.assertGreater(means["wms 1.3.0"][2], means["wms 1.3.0"][0] + 10, "mostly ocean")
+
+    def test_heights_come_as_numbers(self):
+        kind, image = self.first_image(self.wms.url, "--layer", "heights", "--elevation")
+        self.assertEqual(kind, "image/tiff")
+        self.assertIn(image[:4], (b"II*\0", b"MM\0*"))
 
     def test_wmts_by_keys_and_by_templates(self):
         for url in (self.proxy.wmts_url, self.proxy.wmts_rest_url):
@@ -94,7 +135,10 @@ class Services(unittest.TestCase):
     def test_tms(self):
         offers = self.offers(self.proxy.tms_url, "--type", "tms")
         self.assertEqual(offers["type"], "tms")
-        self.assertEqual(len(offers["layers"]), 3)
+        names = [layer["name"] for layer in offers["layers"]]
+        self.assertEqual(names, ["bluemarble/geodetic", "bluemarble/geodetic_south", "bluemarble/mercator"])
+        for name in names:
+            self.assertEqual(self.first_image(self.proxy.tms_url, "--type", "tms", "--layer", name)[0], "image/png")
         self.assertEqual(self.offers(self.files.url)["layers"][0]["title"], "A tree")
         self.assertEqual(self.entry("imagery", self.files.url, "--layer", "tree")["type"], "tms")
         # A folder here is the same.
@@ -103,6 +147,15 @@ class Services(unittest.TestCase):
     def test_templates(self):
         template = self.files.url + "/{z}/{x}/{y}.png"
         self.assertEqual(self.entry("imagery", template, "--layer", "any"), {"source": template, "type": "xyz"})
+
+    def test_world_wind(self):
+        (self.work / "tree/set/0/4").mkdir(parents=True)
+        (self.work / "tree/set/0/4/0.png").write_bytes(b"the north-west tile: row 4 of 5 from the south")
+        (self.work / "tree/layers.xml").write_text(LAYER_SET.format(url=self.files.url))
+        for source in (self.work / "tree/layers.xml", self.files.url + "/layers.xml"):
+            entry = self.entry("imagery", source, "--layer", "A set")
+            self.assertEqual((entry["type"], entry["level_zero_degrees"], entry["max_level"]), ("worldwind", 36, 5))
+            self.assertIn(b"north-west", self.first_image(source, "--layer", "A set")[1])
 
     def test_mistakes(self):
         self.refused(1, (self.wms.url, "--layer", "blumarble"), "there is no layer 'blumarble'", "did you mean 'bluemarble'")

@@ -167,8 +167,15 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   const auto service = raster::openService(entry, kind, geo::earth(), resources);
   if (!service) fail(io::describe(service.error()));
   entry.attribution = service->attribution;
+  const raster::GridLevel& coarsest = service->levels.front();
+  const std::string firstImage = service->request({0, coarsest.firstColumn, coarsest.firstRow}).url;
   if (options.asJson) {
-    printAnswer("sources", dumped(entryJson(entry)));
+    nlohmann::ordered_json json;
+    json["kind"] = raster::nameOf(kind);
+    json["entry"] = entryJson(entry);
+    json["levels"] = service->levels.size();
+    json["first_image"] = firstImage;
+    printAnswer("sources", dumped(json));
     return;
   }
   std::string text;
@@ -189,6 +196,7 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
     fmt::format_to(out, "# time: {}{}\n", raster::onOneLine(layer.times),
                    layer.defaultTime.empty() ? "" : "; without it " + raster::onOneLine(layer.defaultTime));
   }
+  fmt::format_to(out, "# {} levels, the first image: {}\n", service->levels.size(), raster::withoutSecrets(firstImage));
   printAnswer("sources", text);
 }
 
@@ -226,7 +234,7 @@ void addSources(CLI::App& program) {
       "Prints a line a layer: name, title, box in degrees, coordinate references, styles, times. A layer whose name is "
       "'-' is a heading. With --layer it opens the layer as a scene would and prints the entry, for you to paste into "
       "a "
-      "scene file (docs/scene-file.md), followed by what else could be chosen.\n\n"
+      "scene file (docs/scene-file.md), followed by what else could be chosen and the address of its first image.\n\n"
       "Examples: what is there, and the entry of one layer added to a scene\n"
       "  tellurion sources http://127.0.0.1:8080/wms\n"
       "  tellurion sources http://127.0.0.1:8080/wms --layer bluemarble >> scene.toml\n"

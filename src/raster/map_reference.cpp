@@ -38,7 +38,8 @@ std::string_view lastPart(std::string_view text, char separator) {
 std::string commonName(std::string_view authority, std::string_view code) {
   if (authority == "OGC" || authority == "CRS")
     return code == "CRS84" || code == "84" ? "CRS:84" : fmt::format("CRS:{}", code);
-  for (const char* mercator : {"3857", "900913", "3785", "102100", "102113", "3587"})
+  // OSGEO:41001 is what tile map services call it.
+  for (const char* mercator : {"3857", "900913", "3785", "102100", "102113", "3587", "41001"})
     if ((authority == "EPSG" || authority == "ESRI" || authority == "OSGEO") && code == mercator) return "EPSG:3857";
   return fmt::format("{}:{}", authority, code);
 }

@@ -84,7 +84,8 @@ io::Result<std::string> mapOfService(const std::vector<TileMapReference>& maps, 
   for (const TileMapReference& map : maps)
     titles.push_back(map.title);
   const auto chosen = std::ranges::find_if(maps, [&](const TileMapReference& map) {
-    return (entry.layer.empty() && maps.size() == 1) || map.title == entry.layer || map.href == entry.layer;
+    return (entry.layer.empty() && maps.size() == 1) || map.title == entry.layer || map.href == entry.layer ||
+           (!entry.layer.empty() && map.href.ends_with('/' + entry.layer));
   });
   if (chosen != maps.end()) return chosen->href;
   const std::string what =

@@ -99,6 +99,13 @@ LayerOffer offerOf(const WorldWindLayer& layer) {
   return offer;
 }
 
+/// The last two parts of a path: "layer/grid".
+std::string lastParts(const std::string& href) {
+  const std::size_t last = href.rfind('/');
+  const std::size_t before = last == 0 || last == href.npos ? href.npos : href.rfind('/', last - 1);
+  return before == href.npos ? href : href.substr(before + 1);
+}
+
 void describe(const FoundService& found, ServiceOffers& offers) {
   if (const auto* wms = std::get_if<WmsCapabilities>(&found.description)) {
     offers.version = wms->version;
@@ -118,7 +125,10 @@ void describe(const FoundService& found, ServiceOffers& offers) {
   } else if (const auto* maps = std::get_if<std::vector<TileMapReference>>(&found.description)) {
     for (const TileMapReference& one : *maps) {
       LayerOffer& offer = offers.layers.emplace_back();
-      offer.name = one.title;
+      // Services list a map once for each of its grids, under one title.
+      const bool unique = std::ranges::count(*maps, one.title, &TileMapReference::title) == 1 && !one.title.empty();
+      offer.name = unique ? one.title : lastParts(one.href);
+      offer.title = one.title;
       setReferences({one.crs}, offer);
     }
   } else if (const auto* layers = std::get_if<std::vector<WorldWindLayer>>(&found.description)) {

@@ -105,7 +105,8 @@ struct ChosenReference {
   MapReference reference;
 };
 
-io::Result<ChosenReference> chooseReference(const WmsLayer& layer, const ServiceLayer& entry, const geo::Body& body) {
+io::Result<ChosenReference> chooseReference(const WmsLayer& layer, const ServiceLayer& entry, const geo::Body& body,
+                                            const std::string& version) {
   const std::vector<std::string> offered = layer.crs.empty() ? std::vector<std::string>{"EPSG:4326"} : layer.crs;
   const auto named = [&](std::string_view name) {
     return std::ranges::find_if(offered, [&](const std::string& crs) { return referenceName(crs) == name; });
@@ -121,7 +122,9 @@ io::Result<ChosenReference> chooseReference(const WmsLayer& layer, const Service
     return io::fail(Code::notFound, fmt::format("layer '{}' is not offered in '{}'{}", layer.name, entry.crs,
                                                 whatElseThereIs(entry.crs, offered)));
   }
-  for (const char* preferred : {"CRS:84", "EPSG:4326", "EPSG:3857"})
+  // CRS:84 came with 1.3.0, where no server can mistake the order of its axes; before, servers list it and refuse it.
+  const bool knows84 = version == "1.3.0";
+  for (const char* preferred : {knows84 ? "CRS:84" : "EPSG:4326", knows84 ? "EPSG:4326" : "CRS:84", "EPSG:3857"})
     if (const auto found = named(preferred); found != offered.end()) return taken(*found);
   constexpr std::size_t kMostTried = 50;
   for (std::size_t i = 0; i < std::min(offered.size(), kMostTried); ++i)
@@ -262,7 +265,7 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
   if (!styles) return tl::unexpected(styles.error());
   const auto format = chooseFormat(entry, kind, capabilities.formats);
   if (!format) return tl::unexpected(format.error());
-  const auto chosen = chooseReference(drawn->merged, entry, body);
+  const auto chosen = chooseReference(drawn->merged, entry, body, *version);
   if (!chosen) return tl::unexpected(chosen.error());
   const auto dimensions = dimensionItems(drawn->merged, entry);
   if (!dimensions) return tl::unexpected(dimensions.error());

@@ -64,6 +64,9 @@ TEST(WmsService, AsksInTheOrderOfTheVersionsAxes) {
   ASSERT_TRUE(longitudeFirst);
   EXPECT_EQ(queryValue(urlOf(*longitudeFirst, 0, 0, 0), "CRS"), "CRS:84");
   EXPECT_EQ(queryValue(urlOf(*longitudeFirst, 1, 0, 1), "BBOX"), "-180,-90,-90,0");
+  const auto both = served(document("1.1.1", layerA("", "<SRS>CRS:84 EPSG:4326</SRS>")), entryOf("a"));
+  ASSERT_TRUE(both);
+  EXPECT_EQ(queryValue(urlOf(*both, 0, 0, 0), "SRS"), "EPSG:4326") << "MapServer lists CRS:84 in 1.1.1 and refuses it";
   // New Zealand's grid: northing first, by PROJ.
   const auto zealand = served(
       document("1.3.0",

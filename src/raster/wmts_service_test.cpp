@@ -109,7 +109,7 @@ TEST(MapReference, NamesOfTheField) {
   for (const char* name :
        {"urn:ogc:def:crs:EPSG:6.18:3:3857", "urn:ogc:def:crs:EPSG::900913", "EPSG:102100", "epsg:3857",
         "http://www.opengis.net/def/crs/EPSG/0/3857", "http://www.opengis.net/gml/srs/epsg.xml#3857",
-        "urn:ogc:def:crs:EPSG:6.3:3857", "ESRI:102113", " EPSG:3785\n"})
+        "urn:ogc:def:crs:EPSG:6.3:3857", "ESRI:102113", "OSGEO:41001", " EPSG:3785\n"})
     EXPECT_EQ(referenceName(name), "EPSG:3857") << name;
   for (const char* name : {"urn:ogc:def:crs:OGC:1.3:CRS84", "OGC:CRS84", "CRS:84", "CRS84", "urn:ogc:def:crs:CRS::84",
                            "http://www.opengis.net/def/crs/OGC/1.3/CRS84"})
