@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "pyramid/database_file.h"
+#include "raster/live_tiles.h"
 
 namespace tellurion::pyramid {
 namespace {
