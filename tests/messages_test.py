@@ -111,11 +111,17 @@ class Messages(unittest.TestCase):
         self.assertIn("stopped before the end", done.stderr)
         self.assertEqual(done.stdout, "")
 
-    def test_online_sources(self):
+    def test_servers_that_do_not_answer(self):
+        """Nothing listens there: what there is is written, and the message names the server."""
+        source = "http://127.0.0.1:9/wms"
         scene = self.work / "online.toml"
-        scene.write_text('[[imagery]]\nsource = "https://example.org/wms"\n')
-        for status, name in ((1, scene), (2, "https://example.org/wms"), (2, f"{self.database},http://example.org")):
-            self.refused(status, ("render", name, "--camera", "0,0,1e6", "-o", self.work / "x.png"), "no online sources")
+        scene.write_text(f'[[imagery]]\nsource = "{source}"\n')
+        for name in (scene, source + "#layer"):
+            picture = self.work / "online.png"
+            done = self.refused(1, ("render", name, "--camera", "0,0,1e7", "--size", "64x48", "--timeout", "2", "--cache-mib", "0",
+                                    "-o", picture), "1 layers of servers had not come", "127.0.0.1:9")
+            self.assertTrue(picture.exists(), done)
+            picture.unlink()
 
     def test_nodata_that_the_file_cannot_hold(self):
         for value in ("nan", "0.5", "-99999"):

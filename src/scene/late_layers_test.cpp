@@ -42,9 +42,12 @@ struct Remote {
 };
 
 /// With room for all, so that nothing has to be asked for again.
-constexpr GlobeOptions kRoomy{.workers = 2, .cpuCacheBytes = std::uint64_t{4} << 30};
+GlobeOptions roomy() {
+  return {.workers = 2, .cpuCacheBytes = std::uint64_t{4} << 30};
+}
 
-std::unique_ptr<Globe> globeOf(GlobeLayers layers, Scheme scheme = Scheme::cube, GlobeOptions options = kRoomy) {
+std::unique_ptr<Globe> globeOf(GlobeLayers layers, Scheme scheme = Scheme::cube,
+                               const GlobeOptions& options = roomy()) {
   Scene scene;
   scene.tiling = scheme;
   return Globe::fromLayers(scene, std::move(layers), options).value();
