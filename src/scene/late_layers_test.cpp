@@ -124,8 +124,8 @@ std::map<TileId, std::uint64_t> pictureOf(const Frame& frame) {
         hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
     };
     mix(tile.mesh->vertices.data(), tile.mesh->vertices.size() * sizeof(TerrainVertex));
-    if (tile.colour) {
-      const auto& finest = tile.colour->mips.front().samples;
+    for (std::uint32_t i = tile.firstPicture; i < tile.firstPicture + tile.pictureCount; ++i) {
+      const auto& finest = frame.pictures[i].image->mips.front().samples;
       mix(finest.data(), finest.size() * sizeof(finest.front()));
     }
     out[tile.id] = hash;
@@ -242,7 +242,7 @@ TEST(LateLayers, aServerOfOneLayerThatIsDeadKeepsNoOtherLayerBack) {
   EXPECT_EQ(frame->statistics.tilesWanted, 0);
   EXPECT_FALSE(frame->complete);
   for (const DrawnTile& tile : frame->tiles)
-    EXPECT_TRUE(tile.colour);
+    EXPECT_EQ(tile.pictureCount, 1u);
   // The elevation comes after all.
   const auto late = pictureOf(completed(*globe, view, {dead.server, well.server}));
   const auto local = globeOf({.elevation = {dead.planet}, .imagery = {{.source = well.planet}}, .resources = {}});

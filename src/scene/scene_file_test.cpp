@@ -199,7 +199,7 @@ level_zero_degrees = 20
   ASSERT_EQ(scene.imagery.size(), 3u);
   const raster::ServiceLayer& wms = scene.imagery[0].service;
   EXPECT_EQ(scene.imagery[0].from, SourceKind::service);
-  EXPECT_EQ(scene.imagery[0].opacity, 0.7);
+  EXPECT_EQ(scene.imagery[0].look.opacity, 0.7);
   EXPECT_EQ(wms.source, "http://127.0.0.1:8080/wms");
   EXPECT_EQ(wms.type, "");
   EXPECT_EQ(wms.layer + wms.style + wms.crs + wms.version + wms.time + wms.format + wms.attribution,
