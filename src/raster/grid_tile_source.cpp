@@ -77,6 +77,7 @@ class GridTileSource final : public TileSource {
              .tileCells = options.tileCells > 0 ? options.tileCells : usualCells(s.kind),
              .maxLevel = 0,
              .bounds = s.bounds};
+    info_.isNested = false;
     while (info_.maxLevel < tiling::kMaxLevel && isCoarse(info_.maxLevel, s.bounds))
       ++info_.maxLevel;
   }

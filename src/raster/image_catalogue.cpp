@@ -257,6 +257,7 @@ io::Result<ImageCatalogue> openCatalogue(const std::string& source, Kind kind, t
                       .kind = kind,
                       .scheme = scheme,
                       .tileCells = options.tileCells > 0 ? options.tileCells : usualCells(kind)};
+  info.isNested = false;
   const tiling::Tiling tiling(scheme);
   std::vector<Entry> entries;
   ImageTree tree(scheme);

@@ -30,6 +30,7 @@ class LiveRaster final : public TileSource {
              .tileCells = options.tileCells > 0 ? options.tileCells : usualCells(kind),
              .maxLevel = 0,
              .bounds = raster.bounds};
+    info_.isNested = false;
     info_.maxLevel = levelOfSpacing(tiling_, info_.tileCells, spacing_);
     options_.raster.cacheBytes /= kMostIdle;
   }

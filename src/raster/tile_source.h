@@ -21,6 +21,9 @@ struct TileSourceInfo {
   int tileCells = kElevationCells;  ///< cells (elevation) or pixels (imagery) a side
   int maxLevel = 0;                 ///< the deepest level that holds a tile
   geo::GeoRect bounds = geo::GeoRect::whole();
+  /// Elevation: samples of a tile are samples of its children too, the same numbers. Else each level is made of its own
+  /// (images of servers, rasters that are drawn as they are), and one place may have as many heights as levels.
+  bool isNested = true;
 };
 
 /// What is known of a tile that is not loaded.

@@ -37,8 +37,10 @@ struct Relief {
 /// and all but the roots know the way to their parent's surface.
 class GroundTiles {
  public:
-  GroundTiles(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, synthetic::HeightFunction height)
-      : tiling_(tiling), ellipsoid_(ellipsoid), height_(std::move(height)) {}
+  /// disagreement_m: by how much levels differ in the height of a place, as means of servers do.
+  GroundTiles(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, synthetic::HeightFunction height,
+              double disagreement_m = 0.0)
+      : tiling_(tiling), ellipsoid_(ellipsoid), height_(std::move(height)), disagreement_m_(disagreement_m) {}
 
   scene::DrawnTile tile(const tiling::TileId& id) {
     scene::DrawnTile tile;
@@ -99,7 +101,8 @@ class GroundTiles {
     for (int row = 0; row <= kCells; ++row) {
       for (int col = 0; col <= kCells; ++col) {
         const geo::Direction d = tiling_.direction(tiling::rootPointIn(id, 1.0 * col / kCells, 1.0 * row / kCells));
-        samples.at(col + 1, row + 1) = static_cast<float>(height_(d));
+        const double level_m = disagreement_m_ * std::sin(40.0 * id.level + 700.0 * d.n.x - 900.0 * d.n.y * d.n.z);
+        samples.at(col + 1, row + 1) = static_cast<float>(height_(d) + level_m);
       }
     }
     const scene::SurfaceGrid grid = scene::surfaceGrid(tiling_, ellipsoid_, id, samples);
@@ -109,6 +112,7 @@ class GroundTiles {
   tiling::Tiling tiling_;
   geo::Ellipsoid ellipsoid_;
   synthetic::HeightFunction height_;
+  double disagreement_m_;
   std::map<tiling::TileId, std::shared_ptr<const scene::TerrainMesh>> meshes_;
 };
 
@@ -167,11 +171,12 @@ class Watertight : public synthetic::GlTest, public ::testing::WithParamInterfac
     return looked;
   }
 
-  static void expectNoHoles(const geo::Ellipsoid& ellipsoid, int level, bool mixed, int views) {
+  static void expectNoHoles(const geo::Ellipsoid& ellipsoid, int level, bool mixed, int views,
+                            double disagreement_m = 0.0) {
     auto random = geo::seededGenerator();
     const tiling::Tiling tiling(GetParam());
     const double amplitude = 0.004 * ellipsoid.semiMajorAxis_m();
-    GroundTiles ground(tiling, ellipsoid, Relief{amplitude});
+    GroundTiles ground(tiling, ellipsoid, Relief{amplitude}, disagreement_m);
     scene::Frame frame;
     frame.background = kMagenta;
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
@@ -181,7 +186,7 @@ class Watertight : public synthetic::GlTest, public ::testing::WithParamInterfac
     int pixels = 0;
     for (int i = 0; i < views; ++i) {
       drawAtRandom(frame, tiling, random);
-      frame.view = randomView(ellipsoid, amplitude * frame.exaggeration, random);
+      frame.view = randomView(ellipsoid, (amplitude + disagreement_m) * frame.exaggeration, random);
       renderer.draw(frame, target);
       const Looked looked = lookForHoles(frame, ellipsoid, target);
       pixels += looked.pixels;
@@ -205,6 +210,15 @@ TEST_P(Watertight, FineBesideCoarseOnEarth) {
 
 TEST_P(Watertight, FineBesideCoarseOnATinyBody) {
   expectNoHoles(geo::Ellipsoid(250.0, 0.1), 1, true, 60);
+}
+
+// What a server knows of coarse levels need not be what it knows of fine ones.
+TEST_P(Watertight, FineBesideCoarseWhereLevelsDisagree) {
+  expectNoHoles(geo::earth().ellipsoid, 1, true, 60, 60e3);
+}
+
+TEST_P(Watertight, FineBesideCoarseWhereLevelsDisagreeOnATinyBody) {
+  expectNoHoles(geo::Ellipsoid(250.0, 0.1), 1, true, 60, 5.0);
 }
 
 // Tiles of 60 m, eye low above them and looking along them: every pixel below the horizon of the patch's own flat

@@ -100,15 +100,6 @@ void bisect(const KeptSamples& kept, GridPoint a, GridPoint b, GridPoint apex, s
   }
 }
 
-/// Where a sample lies along an edge of the square, or -1.
-int alongEdge(int edge, GridPoint p, int cells) {
-  const bool horizontal = edge == 0 || edge == 2;
-  const int across = horizontal ? p.row : p.col;
-  const int line = edge == 1 || edge == 2 ? cells : 0;
-  if (across != line) return -1;
-  return horizontal ? p.col : p.row;
-}
-
 /// An edge's strip with only the flagged vertices on the edge: triangles whose vertices all stay are taken over, the
 /// holes around vertices that go are filled again.
 std::vector<GridTriangle> stripWith(const std::vector<GridTriangle>& strip, int edge, int cells,
@@ -164,6 +155,14 @@ GridPoint edgePoint(int edge, int i, int cells) {
     default:
       return {0, at};
   }
+}
+
+int alongEdge(int edge, GridPoint p, int cells) {
+  const bool horizontal = edge == 0 || edge == 2;
+  const int across = horizontal ? p.row : p.col;
+  const int line = edge == 1 || edge == 2 ? cells : 0;
+  if (across != line) return -1;
+  return horizontal ? p.col : p.row;
 }
 
 std::vector<std::uint8_t> keptAlongEdge(std::span<const geo::Vec3> samples, double tolerance_m, bool keepMiddle) {

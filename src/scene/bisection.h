@@ -32,6 +32,8 @@ inline int doubleArea(GridPoint a, GridPoint b, GridPoint c) {
 /// Along an edge of the square (tiling::Edge as a number): its i-th sample. Top and bottom run with col, left and right
 /// with row.
 GridPoint edgePoint(int edge, int i, int cells);
+/// The inverse: which sample of an edge, or -1 when it lies elsewhere.
+int alongEdge(int edge, GridPoint p, int cells);
 
 /// One flag for each sample of an edge: whether it is a vertex. Bisection: a sample in the middle of two others stays
 /// when it lies further than tolerance from the middle of the straight line between them, or when one below it stays.

@@ -88,7 +88,10 @@ void Globe::State::receive() {
 }
 
 /// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
-const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu) {
+const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
+  CutOptions cutOptions = asked;
+  // Tiles of two levels meet where the finer ones lie on their parents' surfaces.
+  cutOptions.morph = asked.morph || !roster->groundIsNested();
   const auto now = Clock::now();
   if (roster->advance(now)) {
     if (!next) pendingSince = now;

@@ -110,6 +110,9 @@ void expectWhole(const Frame& frame, const Tiling& tiling, std::mt19937_64& rand
     if (!mayShowHills(frame.view, earth, d)) continue;
     ASSERT_EQ(coversOf(drawn, tiling, d), 1);
   }
+  // The tiles of the margin are leaves of the cut too.
+  for (const DrawnTile& t : frame.soon)
+    drawn.insert(t.id);
   for (const DrawnTile& t : frame.tiles) {
     for (std::size_t e = 0; e < 4; ++e) {
       const TileId same = tiling.edgeNeighbour(t.id, tiling::kEdges[e]).tile;

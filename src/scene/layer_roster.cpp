@@ -240,6 +240,11 @@ ContentMaker LayerRoster::maker(bool regularMesh) {
           .regularMesh = regularMesh};
 }
 
+bool LayerRoster::groundIsNested() const {
+  return std::all_of(elevation_.begin(), elevation_.end(),
+                     [](const auto& entry) { return !entry->isTold || entry->source.open->info().isNested; });
+}
+
 void LayerRoster::rootsAreMade() {
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {

@@ -37,6 +37,8 @@ class LayerRoster {
   bool isDue(Clock::time_point now) const;
   /// What makes contents of all layers that may take part now; the others are left out.
   ContentMaker maker(bool regularMesh);
+  /// Of all elevation that maker() told: samples of parents are samples of their children.
+  bool groundIsNested() const;
   /// Roots of what maker() told have been made, so their data may go.
   void rootsAreMade();
 

@@ -88,6 +88,9 @@ class Painter {
       if ((horizontal ? v.place.row : v.place.col) == line && along >= 0 && along <= cells_)
         chain[static_cast<std::size_t>(along)] = &v;
     }
+    auto& isVertex = out_.edgeVertices[static_cast<std::size_t>(edge)];
+    for (const ParentVertex* v : chain)
+      isVertex.push_back(v != nullptr ? 1 : 0);
     int last = 0;
     for (int i = 0; i <= cells_; ++i) {
       if (chain[static_cast<std::size_t>(i)] == nullptr) continue;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "scene/frame.h"
@@ -10,6 +12,8 @@ namespace tellurion::scene {
 struct ParentSurface {
   std::vector<geo::Vec3> positions;  ///< (cells + 1)^2, row-major, body coordinates
   std::vector<double> heights_m;     ///< likewise, above the ellipsoid, linear between the mesh's vertices
+  /// For each edge of the tile (tiling::Edge) and sample of it: whether the parent's mesh has a vertex there.
+  std::array<std::vector<std::uint8_t>, 4> edgeVertices;
 };
 
 /// The parent's quadrant is the tile. On the tile's edges, which are lines of the parent's mesh, the surface depends on

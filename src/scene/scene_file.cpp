@@ -150,12 +150,15 @@ class SceneReader {
   void readSource(const toml::table& layer, std::string_view kind, Layer& out) const {
     const toml::node* node = layer.get("source");
     if (node == nullptr) complain(layer.source(), "the layer has no source");
-    const toml::array* several = node->as_array();
+    const toml::array* several = nullptr;
+    if constexpr (requires { out.alsoFrom; }) several = node->as_array();
     if (several != nullptr && several->empty()) complain(node->source(), "the layer's list of sources is empty");
     out.source = sourceAt(several != nullptr ? *several->get(0) : *node);
     const std::string type = stringAt(layer, "type").value_or("");
     out.from = kindOfSource(layer, type, out.source);
-    if (several != nullptr && several->size() > 1) readFurther(*several, kind, type, out);
+    if constexpr (requires { out.alsoFrom; }) {
+      if (several != nullptr && several->size() > 1) readFurther(*several, kind, type, out);
+    }
     if (out.from == SourceKind::service) {
       out.service = service(layer, out.source, type);
       return;
@@ -179,21 +182,16 @@ class SceneReader {
   }
 
   /// All but the first of a list of sources.
-  template <class Layer>
-  void readFurther(const toml::array& several, std::string_view kind, const std::string& type, Layer& out) const {
-    if constexpr (requires { out.alsoFrom; }) {
-      for (std::size_t i = 0; i < several.size(); ++i) {
-        const toml::node& node = *several.get(i);
-        const std::string source = sourceAt(node);
-        if (out.from == SourceKind::service || (type.empty() && sourceKindOf(source) == SourceKind::service))
-          complain(node.source(), "a list of sources is of files; make the layer of a server one of its own");
-        std::error_code error;
-        if (!fs::exists(source, error)) complain(node.source(), absence(source, kind), Code::notFound);
-        if (i > 0) out.alsoFrom.push_back(source);
-      }
-    } else {
-      complain(several.source(),
-               fmt::format("a layer of {} has one source; make the others layers of their own", kind));
+  void readFurther(const toml::array& several, std::string_view kind, const std::string& type,
+                   ImageryLayer& out) const {
+    for (std::size_t i = 0; i < several.size(); ++i) {
+      const toml::node& node = *several.get(i);
+      const std::string source = sourceAt(node);
+      if (out.from == SourceKind::service || (type.empty() && sourceKindOf(source) == SourceKind::service))
+        complain(node.source(), "a list of sources is of files; make the layer of a server one of its own");
+      std::error_code error;
+      if (!fs::exists(source, error)) complain(node.source(), absence(source, kind), Code::notFound);
+      if (i > 0) out.alsoFrom.push_back(source);
     }
   }
 

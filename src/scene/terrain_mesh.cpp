@@ -40,6 +40,7 @@ double parentStep_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoi
 
 using EdgeFlags = std::array<std::vector<std::uint8_t>, 4>;
 
+/// Which samples of the edges are vertices, of every step-th.
 EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bool keepMiddle) {
   EdgeFlags flags;
   for (int edge = 0; edge < 4; ++edge) {
@@ -53,6 +54,25 @@ EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bo
       out[i * static_cast<std::size_t>(step)] = kept[i];
   }
   return flags;
+}
+
+/// Edges that lie on their parent's edges; the two others run through its middle.
+bool isOnParentsEdge(const tiling::TileId& id, int edge) {
+  const bool right = (id.quadrant() & 1) != 0;
+  const bool bottom = (id.quadrant() >> 1) != 0;
+  return edge == 0 ? !bottom : edge == 1 ? right : edge == 2 ? bottom : !right;
+}
+
+/// On the parent's edges: its own vertices there. They are what a coarser neighbour has, whatever that knows of the
+/// ground; where samples of parents are samples of their children, the same as flagsOfEdges finds.
+void takeParentsFlags(const tiling::TileId& id, const ParentSurface& parent, EdgeFlags& coarse, EdgeFlags& fine) {
+  for (int edge = 0; edge < 4; ++edge) {
+    if (!isOnParentsEdge(id, edge)) continue;
+    const auto e = static_cast<std::size_t>(edge);
+    coarse[e] = parent.edgeVertices[e];
+    for (std::size_t i = 0; i < fine[e].size(); ++i)
+      fine[e][i] = fine[e][i] | coarse[e][i];
+  }
 }
 
 /// Collects vertices and indices of one mesh.
@@ -109,12 +129,35 @@ class MeshWriter {
     return out;
   }
 
+  bool isParentsVertex(GridPoint p) const {
+    for (int edge = 0; edge < 4; ++edge) {
+      const int i = alongEdge(edge, p, grid_.cells);
+      if (i >= 0 && parent_->edgeVertices[static_cast<std::size_t>(edge)][static_cast<std::size_t>(i)] != 0)
+        return true;
+    }
+    return false;
+  }
+
+  /// Where it is a vertex of the parent's edge, a vertex is a whole number of steps from there, so that it can go back
+  /// exactly; where both are of the same data, none.
+  void goToSteps(GridPoint p, geo::Vec3& own, double& height_m) const {
+    if (parent_ == nullptr || !isParentsVertex(p)) return;
+    const double step_m = static_cast<double>(mesh_.parentStep_m);
+    const auto nearest = [&](double from, double value) {
+      return from + std::clamp(std::round((value - from) / step_m), -32767.0, 32767.0) * step_m;
+    };
+    const geo::Vec3& from = parent_->positions[slot(p)];
+    own = {nearest(from.x, own.x), nearest(from.y, own.y), nearest(from.z, own.z)};
+    height_m = nearest(parent_->heights_m[slot(p)], height_m);
+  }
+
   TerrainVertex make(GridPoint p) {
     const auto normalised = [](double v) { return static_cast<std::int16_t>(std::lround(v * 32767.0)); };
     const auto share = [&](int i) { return static_cast<std::uint16_t>(i * (kPlaceUnits / grid_.cells)); };
     const geo::Vec3 up = grid_.up[grid_.index(p.col, p.row)].n;
-    const geo::Vec3 own = rounded(at(grid_, p), vertexGrid_m_);
-    const float height_m = grid_.heights_m[grid_.index(p.col, p.row)];
+    geo::Vec3 own = rounded(at(grid_, p), vertexGrid_m_);
+    double height_m = static_cast<double>(grid_.heights_m[grid_.index(p.col, p.row)]);
+    goToSteps(p, own, height_m);
     const geo::Vec3 exact = own - mesh_.origin.m;
     const geo::Vec3f single(exact);
     const geo::Vec3 rest = (exact - geo::Vec3(single)) / vertexGrid_m_;
@@ -124,8 +167,8 @@ class MeshWriter {
             .s = share(p.col),
             .fine_tile = {steps(rest.x), steps(rest.y), steps(rest.z)},
             .t = share(p.row),
-            .toParent = toParent(p, own, static_cast<double>(height_m)),
-            .height_m = height_m};
+            .toParent = toParent(p, own, height_m),
+            .height_m = static_cast<float>(height_m)};
   }
 
   const SurfaceGrid& grid_;
@@ -343,11 +386,13 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
     for (std::int16_t col = 0; col <= grid.cells; ++col)
       points.push_back(at(grid, {col, row}));
   }
-  const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, flagsOfEdges(grid, 1, tolerance_m, true),
-                                              flagsOfEdges(grid, 2, parentTolerance_m, false));
   const double vertexStep_m = vertexGrid_m(ellipsoid);
   std::optional<ParentSurface> from;
   if (parent != nullptr) from = parentSurface(*parent, vertexStep_m, grid.id.quadrant(), grid.cells);
+  EdgeFlags fine = flagsOfEdges(grid, 1, tolerance_m, true);
+  EdgeFlags coarse = flagsOfEdges(grid, 2, parentTolerance_m, false);
+  if (from) takeParentsFlags(grid.id, *from, coarse, fine);
+  const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, fine, coarse);
   MeshWriter writer(grid, vertexStep_m, parentStep_m(tiling, ellipsoid, grid.id.level, grid.cells),
                     from ? &*from : nullptr);
   TerrainMesh& mesh = writer.mesh();

@@ -68,22 +68,26 @@ IndexRange rangeOf(const TerrainMesh& mesh, std::size_t edge, bool coarse) {
 }
 
 using Bits = std::array<double, 3>;
-Bits placeOf(const TerrainMesh& mesh, std::uint16_t v) {
+/// onParent: when it lies wholly on the parent's surface.
+Bits placeOf(const TerrainMesh& mesh, std::uint16_t v, bool onParent = false) {
   const TerrainVertex& vertex = mesh.vertices[v];
+  const geo::Vec3 way = geo::Vec3(vertex.toParent[0], vertex.toParent[1], vertex.toParent[2]) *
+                        (onParent ? static_cast<double>(mesh.parentStep_m) : 0.0);
   const geo::Vec3 fine(vertex.fine_tile[0], vertex.fine_tile[1], vertex.fine_tile[2]);
-  const geo::Vec3 p = mesh.origin.m + geo::Vec3(vertex.position_tile) + fine * vertexGrid_m(kEarth);
+  const geo::Vec3 p = mesh.origin.m + geo::Vec3(vertex.position_tile) + fine * vertexGrid_m(kEarth) + way;
   return {p.x, p.y, p.z};
 }
 
 /// The positions of the vertices on an edge in body coordinates, in the order along it. The interior may not touch it.
-std::vector<Bits> edgeOf(const TerrainMesh& mesh, Edge edge, bool coarse) {
+std::vector<Bits> edgeOf(const TerrainMesh& mesh, Edge edge, bool coarse, bool onParent = false) {
   const bool horizontal = edge == Edge::top || edge == Edge::bottom;
   const std::uint16_t line = edge == Edge::top || edge == Edge::left ? 0 : kPlaceUnits;
   std::map<std::uint16_t, Bits> out;
   for (const auto& t : trianglesOf(mesh, {rangeOf(mesh, static_cast<std::size_t>(edge), coarse)})) {
     for (const std::uint16_t v : t) {
       const TerrainVertex& vertex = mesh.vertices[v];
-      if ((horizontal ? vertex.t : vertex.s) == line) out[horizontal ? vertex.s : vertex.t] = placeOf(mesh, v);
+      if ((horizontal ? vertex.t : vertex.s) == line)
+        out[horizontal ? vertex.s : vertex.t] = placeOf(mesh, v, onParent);
     }
   }
   std::vector<Bits> places;
@@ -283,6 +287,33 @@ TEST_P(MeshOnTiling, coarseEdgesAreTheCoarserNeighboursToTheLastBit) {
       ASSERT_NE(first, theirs.end()) << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/"
                                      << id.x << "/" << id.y;
       ASSERT_TRUE(ours.front() == theirs.front() || ours.back() == theirs.back());
+    }
+  }
+}
+
+TEST_P(MeshOnTiling, coarseEdgesAreTheCoarserNeighboursWhereLevelsDisagree) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int i = 0; i < 24; ++i) {
+    TileId id = randomTile(random, i < 20 ? 8 : 22);
+    if (id.level < 2) id = id.child(1).child(2);
+    const auto heightOn = [&](int level) {
+      return [&, level](const geo::Direction& d) {
+        return groundOf(i % 4, d, 2) + 900.0 * hashOf(d, 17u + static_cast<unsigned>(level));
+      };
+    };
+    const auto made = [&](const TileId& tile, const TerrainMesh* parent) {
+      return madeOf(tiling, tile, samplesOf(tiling, tile, heightOn(tile.level)), parent).made.mesh;
+    };
+    const auto withParent = [&](const TileId& tile) { return made(tile, made(tile.parent(), nullptr).get()); };
+    const auto mine = made(id, withParent(id.parent()).get());
+    for (const Edge edge : tiling::kEdges) {
+      const auto same = tiling.edgeNeighbour(id, edge);
+      if (same.tile.parent() == id.parent()) continue;
+      auto theirs = edgeOf(*withParent(same.tile.parent()), same.edge, false);
+      const auto ours = edgeOf(*mine, edge, true, true);
+      if (same.reversed) std::reverse(theirs.begin(), theirs.end());
+      ASSERT_NE(std::search(theirs.begin(), theirs.end(), ours.begin(), ours.end()), theirs.end())
+          << "edge " << int(edge) << " of " << int(id.level) << "/" << int(id.root) << "/" << id.x << "/" << id.y;
     }
   }
 }

@@ -28,31 +28,38 @@ flat out ivec3 textureLayers;
 // Neighbours may be drawn by programs that differ in what they do with the rest.
 invariant gl_Position;
 
-// A vertex relative to the snapped eye, correctly rounded to float whatever the tile's origin is, so that two tiles that
-// share a vertex draw it at the same place to the last bit. The origin comes in two floats whose sum is exact; Knuth's
-// two-sum keeps what the first addition loses; the small parts are multiples of the vertex grid and add up exactly. `precise` keeps the compiler from "simplifying" that to zero.
-vec3 rteFromTile() {
-  precise vec3 sum = position_tile + originCoarse_rte;
-  precise vec3 part = sum - position_tile;
-  precise vec3 lost = (position_tile - (sum - part)) + (originCoarse_rte - part);
-  precise vec3 rte = sum + (lost + (originFine_rte + fine_tile * eyeRemainder.w));
-  return rte;
-}
-
-// What morphing and exaggeration add. The same in all tiles of a level that share the vertex, to the last bit: on an edge
-// the weights of the two far corners are exactly zero, and turning an edge round exchanges two summands.
-vec3 displacement(vec2 place) {
+// How much of the way to its parent's surface is left at a vertex.
+float wayBack(vec2 place) {
   precise float above = morph.x * (1.0 - place.x) + morph.y * place.x;
   precise float below = morph.z * (1.0 - place.x) + morph.w * place.x;
   precise float back = 1.0 - (above * (1.0 - place.y) + below * place.y);
-  precise vec4 change = toParent * parentStep_m * back;
-  precise vec3 sum = change.xyz + up_body * ((height_m + change.w) * switches.y);
-  return sum;
+  return back;
 }
 
+// A vertex, moved by a multiple of the vertex grid, relative to the snapped eye: correctly rounded to float whatever the
+// tile's origin is, so that two tiles that share a vertex draw it at the same place to the last bit, one level apart
+// too, where the finer one lies wholly on its parent's surface. The origin comes in two floats whose sum is exact;
+// Knuth's two-sum keeps what an addition loses; the small parts are multiples of the vertex grid and add up exactly.
+// `precise` keeps the compiler from "simplifying" that to zero.
+vec3 rteFromTile(vec3 moved) {
+  precise vec3 sum = position_tile + originCoarse_rte;
+  precise vec3 part = sum - position_tile;
+  precise vec3 lost = (position_tile - (sum - part)) + (originCoarse_rte - part);
+  precise vec3 sumMoved = sum + moved;
+  precise vec3 partMoved = sumMoved - sum;
+  precise vec3 lostMoved = (sum - (sumMoved - partMoved)) + (moved - partMoved);
+  precise vec3 rte = sumMoved + ((lost + lostMoved) + (originFine_rte + fine_tile * eyeRemainder.w));
+  return rte;
+}
+
+// Morphing and exaggeration are the same in all tiles of a level that share the vertex, to the last bit: on an edge the
+// weights of the two far corners are exactly zero, and turning an edge round exchanges two summands.
 void main() {
   vec2 place = vec2(placeS, placeT) * (1.0 / 32768.0);
-  precise vec3 position_rte = (rteFromTile() - eyeRemainder.xyz) + displacement(place);
+  precise vec4 change = toParent * parentStep_m * wayBack(place);
+  precise vec3 moved = round(change.xyz / eyeRemainder.w) * eyeRemainder.w;
+  precise vec3 position_rte =
+      (rteFromTile(moved) - eyeRemainder.xyz) + up_body * ((height_m + change.w) * switches.y);
   vec3 position_view = mat3(viewFromBody) * position_rte;
   // Reverse z with the far plane at infinity: depth is near / distance, 1 at the near plane, 0 at infinity.
   gl_Position = vec4(position_view.xy * projection.xy, projection.z, -position_view.z);
