@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,8 +25,9 @@ struct LayerSource {
   /// Failure::Code::ioError. name: for messages until it is open.
   LayerSource(Opening how, std::string called) : opening(std::move(how)), name(std::move(called)) {}
 
-  Pointer open;     ///< null: has to be opened first
-  Opening opening;  ///< of those
+  Pointer open;                  ///< null: has to be opened first
+  std::optional<double> seam_m;  ///< of elevation: GroundLayers::Layer
+  Opening opening;               ///< of those
   std::string name;
 };
 

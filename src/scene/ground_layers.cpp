@@ -115,14 +115,26 @@ class StoredLevels {
 /// One layer's samples of one tile, from whichever level they may come.
 class LayerSampler {
  public:
-  LayerSampler(LayerTiles& layer, const tiling::TileId& id, const Touching& others, int cells)
+  LayerSampler(LayerTiles& layer, const tiling::Tiling& tiling, const tiling::TileId& id, const Touching& others,
+               int cells, const Seam* seam)
       : layer_(layer),
+        tiling_(tiling),
+        seam_(seam),
         id_(id),
         cells_(cells),
         levels_(id, others, cells, [&](const tiling::TileId& t) { return layer.storedLevel(t); }),
         own_(levels_.own()) {
     tile_ = fetch(own_);
   }
+
+  /// How much the layer counts there; 1 without a seam.
+  double weightAt(int col, int row) const {
+    if (seam_ == nullptr) return 1.0;
+    const auto place =
+        tiling_.wrapped(tiling::rootPointIn(id_, static_cast<double>(col) / cells_, static_cast<double>(row) / cells_));
+    return place ? seam_->weight(tiling_.direction(*place)) : 1.0;
+  }
+  const Seam* seam() const { return seam_; }
 
   const raster::SourceTile* ownTile() const { return own_ == id_.level ? tile_.get() : nullptr; }
   int level() const { return own_; }
@@ -164,6 +176,8 @@ class LayerSampler {
   }
 
   LayerTiles& layer_;
+  tiling::Tiling tiling_;
+  const Seam* seam_;  ///< null: none
   tiling::TileId id_;
   int cells_;
   StoredLevels levels_;
@@ -203,13 +217,23 @@ float betweenParents(const GroundSamples& parent, const tiling::TileId& id, int 
 
 using Samplers = std::vector<std::unique_ptr<LayerSampler>>;
 
-/// The height of the uppermost layer that has data.
+/// The height of the uppermost layer that has data; where that has a seam, between it and the layers below.
 float composedAt(const Samplers& samplers, int col, int row) {
+  double sum = 0.0;
+  double rest = 1.0;
+  float lowest_m = raster::kNoData;
   for (auto top = samplers.rbegin(); top != samplers.rend(); ++top) {
     const float height_m = (*top)->at(col, row);
-    if (!raster::isNoData(height_m)) return height_m;
+    if (raster::isNoData(height_m)) continue;
+    const double weight = (*top)->weightAt(col, row);
+    if (weight >= 1.0 && rest >= 1.0) return height_m;
+    lowest_m = height_m;
+    if (weight >= 1.0) break;
+    sum += rest * weight * static_cast<double>(height_m);
+    rest *= 1.0 - weight;
   }
-  return raster::kNoData;
+  // The lowest that has data takes all that is left.
+  return raster::isNoData(lowest_m) ? lowest_m : static_cast<float>(sum + rest * static_cast<double>(lowest_m));
 }
 
 void unite(HeightRange& range, double height_m) {
@@ -288,7 +312,7 @@ bool hasGaps(const Samplers& samplers, const Quarter& q) {
       some = some || hasData;
       all = all && hasData;
     });
-    if (all) return false;
+    if (all && (*top)->seam() == nullptr) return false;
     if (some || hasChild(**top, q)) return true;
   }
   return false;
@@ -318,10 +342,88 @@ void addGaps(ComposedGround& ground, const Samplers& samplers, int cells, double
   ground.error_m = error_m;
 }
 
+/// Between samples a seam is not the mean of those around: the weight is bent there, by its second derivative of at
+/// most 6 / width^2, and where weight and heights change within a cell their product is bent too. Only of ground with
+/// finer data below.
+double seamError_m(const LayerSampler& sampler, const Samplers& samplers, std::size_t layer, int cells,
+                   double spacing_m) {
+  const Samplers::const_iterator below = samplers.begin();
+  double largest_m = 0.0;   // between the layer and what lies below
+  double steepest_m = 0.0;  // how much that changes from sample to sample
+  double before_m = 0.0;
+  bool isKnown = false;
+  for (int row = 0; row <= cells; ++row) {
+    for (int col = 0; col <= cells; ++col) {
+      const double weight = sampler.weightAt(col, row);
+      double way_m = 0.0;
+      isKnown = isKnown && col > 0;
+      if (weight > 0.0 && weight < 1.0) {
+        float under_m = raster::kNoData;
+        for (std::size_t i = layer; raster::isNoData(under_m) && i-- > 0;)
+          under_m = below[static_cast<std::ptrdiff_t>(i)]->at(col, row);
+        const float own_m = samplers[layer]->at(col, row);
+        if (!raster::isNoData(under_m) && !raster::isNoData(own_m)) {
+          way_m = static_cast<double>(own_m) - static_cast<double>(under_m);
+          largest_m = std::max(largest_m, std::abs(way_m));
+          if (isKnown) steepest_m = std::max(steepest_m, std::abs(way_m - before_m));
+          before_m = way_m;
+          isKnown = true;
+          continue;
+        }
+      }
+      isKnown = false;
+    }
+  }
+  const double share = std::min(std::numbers::sqrt2 * spacing_m / sampler.seam()->width_m(), 1.0);
+  return std::min(0.75 * share * share * largest_m + 0.75 * share * steepest_m, largest_m);
+}
+
+/// Whether the source can be asked what it stores at once, or reads from this machine.
+bool hasData(LayerTiles& tiles, const tiling::Tiling& tiling, int level, const geo::Direction& place) {
+  const tiling::TileId deepest = tiling.tileAt(place, level);
+  const int stored = tiles.storedLevel(deepest);
+  if (stored < 0) return false;
+  if (tiles.tellsPresence()) return stored == level;
+  const tiling::TileId id = deepest.ancestor(stored);
+  const auto tile = tiles.get(id);
+  if (!tile) return false;
+  const auto& samples = std::get<raster::ElevationTile>(tile->payload).samples;
+  const tiling::RootPoint p = tiling.rootPoint(place);
+  const int cells = samples.width - 3;
+  const auto nearest = [&](double u, std::uint32_t index) {
+    const double within = (u / tiling::tileSize(stored) - index) * cells;
+    return static_cast<int>(std::lround(std::clamp(within, 0.0, static_cast<double>(cells)))) + 1;
+  };
+  return !raster::isNoData(samples.at(nearest(p.u, id.x), nearest(p.v, id.y)));
+}
+
 }  // namespace
 
-GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells)
-    : tiling_(tiling), layers_(std::move(layers)), cells_(cells) {}
+GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<Layer> layers, int cells)
+    : tiling_(tiling), cells_(cells) {
+  for (Layer& layer : layers) {
+    layers_.push_back(std::move(layer.tiles));
+    seams_m_.push_back(layer.seam_m);
+    seams_.push_back(std::make_shared<LateSeam>());
+  }
+}
+
+/// Null: it ends with a step, or nothing lies below it.
+const Seam* GroundLayers::seamOf(std::size_t layer) const {
+  if (layer == 0 || (seams_m_[layer] && *seams_m_[layer] == 0.0)) return nullptr;
+  LateSeam& late = *seams_[layer];
+  std::call_once(late.made, [&] {
+    LayerTiles& tiles = *layers_[layer];
+    const raster::TileSourceInfo& info = tiles.info();
+    const double wanted = (info.bounds.north - info.bounds.south).radians() / Seam::kMapSide;
+    int level = 0;
+    while (level < info.maxLevel && tiling_.metrics(level).meanEdge.radians() / info.tileCells > wanted)
+      ++level;
+    late.seam = Seam::around(info.bounds, info.body.ellipsoid, seams_m_[layer].value_or(0.0),
+                             [&](const geo::Direction& place) { return hasData(tiles, tiling_, level, place); });
+  });
+  return late.seam.get();
+}
 
 int GroundLayers::storedLevel(const tiling::TileId& id) const {
   int level = -1;
@@ -379,8 +481,8 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   ground.level = levels.own();
   Samplers samplers;
   if (levels.own() == id.level) {
-    for (const auto& layer : layers_)
-      samplers.push_back(std::make_unique<LayerSampler>(*layer, id, others, cells_));
+    for (std::size_t i = 0; i < layers_.size(); ++i)
+      samplers.push_back(std::make_unique<LayerSampler>(*layers_[i], tiling_, id, others, cells_, seamOf(i)));
   }
   GroundSamples made;
   for (int row = -1; levels.own() >= 0 && row <= cells_ + 1; ++row) {
@@ -413,7 +515,14 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   }
   if (!samplers.empty()) {
     const double radius_m = layers_.front()->info().body.ellipsoid.semiMajorAxis_m();
-    addGaps(ground, samplers, cells_, tiling_.metrics(id.level).largestEdge.radians() / cells_ * radius_m);
+    const double spacing_m = tiling_.metrics(id.level).largestEdge.radians() / cells_ * radius_m;
+    const bool isDeepest = std::none_of(samplers.begin(), samplers.end(), [](const auto& sampler) {
+      return sampler->ownTile() != nullptr && sampler->ownTile()->childMask != 0;
+    });
+    for (std::size_t i = 1; i < samplers.size() && !isDeepest; ++i) {
+      if (samplers[i]->seam() != nullptr) ground.error_m += seamError_m(*samplers[i], samplers, i, cells_, spacing_m);
+    }
+    addGaps(ground, samplers, cells_, spacing_m);
   }
   return ground;
 }

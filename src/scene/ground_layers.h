@@ -3,9 +3,12 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "scene/layer_tiles.h"
+#include "scene/seam.h"
 #include "scene/terrain_mesh.h"
 
 namespace tellurion::scene {
@@ -44,9 +47,19 @@ struct ComposedGround {
 /// hundred metres above or below the rim in wild mountains. A void over a coarser layer shows that layer, with a step
 /// where they differ. Deeper than what is stored, the ground is bilinear between the samples composed there, so no
 /// deeper level changes the surface.
+///
+/// Near its end a local layer counts less and less (Seam), so that it does not stand as a cliff over those below.
 class GroundLayers {
  public:
-  GroundLayers(tiling::Tiling tiling, std::vector<std::shared_ptr<LayerTiles>> layers, int cells);
+  struct Layer {
+    std::shared_ptr<LayerTiles> tiles;
+    /// Of the seam to the layers below, if the layer is local; 0: it ends with a step. Nothing: Seam::kUsualShare.
+    std::optional<double> seam_m = 0.0;
+
+    Layer(std::shared_ptr<LayerTiles> of) : tiles(std::move(of)) {}  // NOLINT: a layer is its tiles
+    Layer(std::shared_ptr<LayerTiles> of, std::optional<double> seam) : tiles(std::move(of)), seam_m(seam) {}
+  };
+  GroundLayers(tiling::Tiling tiling, std::vector<Layer> layers, int cells);
 
   /// parent: the composed heights of the tile over it, to save making them again; may be null.
   ComposedGround compose(const tiling::TileId& id, const GroundSamples* parent = nullptr) const;
@@ -58,9 +71,17 @@ class GroundLayers {
  private:
   int storedLevel(const tiling::TileId& id) const;
   float farHeight_m() const;
+  const Seam* seamOf(std::size_t layer) const;
+
+  struct LateSeam {
+    std::once_flag made;
+    std::shared_ptr<const Seam> seam;
+  };
 
   tiling::Tiling tiling_;
   std::vector<std::shared_ptr<LayerTiles>> layers_;
+  std::vector<std::optional<double>> seams_m_;  ///< a layer each
+  std::vector<std::shared_ptr<LateSeam>> seams_;
   int cells_;
   struct FarHeight {
     std::once_flag known;

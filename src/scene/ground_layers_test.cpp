@@ -32,10 +32,10 @@ struct HighPlain {
     if (!std::isnan(far_m)) {
       source->heightRange_m = {std::min(far_m, baseHeight_m - 100.0), std::max(far_m, baseHeight_m + 100.0)};
     }
-    ground = std::make_unique<GroundLayers>(
-        tiling,
-        std::vector{std::make_shared<LayerTiles>(source, std::uint64_t{256} << 20, std::make_shared<LoadLedger>())},
-        64);
+    ground = std::make_unique<GroundLayers>(tiling,
+                                            std::vector<GroundLayers::Layer>{std::make_shared<LayerTiles>(
+                                                source, std::uint64_t{256} << 20, std::make_shared<LoadLedger>())},
+                                            64);
   }
 
   /// Tiles of the deepest level through a place, and some next to it.
@@ -137,6 +137,47 @@ TEST_P(GroundOnTiling, samplesOfParentsAreSamplesOfTheirChildrenAlsoWithoutData)
                     parent.heights.at((q & 1) * 32 + col + 1, (q >> 1) * 32 + row + 1));
         }
       }
+    }
+  }
+}
+
+/// A plateau of 3,000 m, half a degree round, on a planet at sea level.
+TEST(GroundLayersSeam, aLocalModelEndsInASlopeAsWideAsTheSeam) {
+  const Tiling tiling(Scheme::cube);
+  const geo::Direction middle = geo::directionFromDegrees(46, 8);
+  constexpr double kRadius_degrees = 0.5;
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 4);
+  planet->height = [](const geo::Direction&) { return 0.0; };
+  const auto model = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, kDepth);
+  model->height = [&](const geo::Direction& d) {
+    return geo::angleBetween(d, middle).degrees() < kRadius_degrees ? 3000.0 : std::nan("");
+  };
+  model->setBounds(geo::GeoRect::fromDegrees(45.5, 7.28, 46.5, 8.72));
+  const auto tiles = [](const auto& source) {
+    return std::make_shared<LayerTiles>(source, std::uint64_t{256} << 20, std::make_shared<LoadLedger>());
+  };
+  constexpr double kSeam_m = 10e3;
+  for (const double seam_m : {0.0, kSeam_m}) {
+    const GroundLayers ground(tiling, {{tiles(planet)}, {tiles(model), seam_m}}, 64);
+    double steepest_m = 0.0;
+    double highest_m = 0.0;
+    for (int i = 0; i < 60; ++i) {
+      // Across the border to the east.
+      const TileId id = tiling.tileAt(geo::directionFromDegrees(46, 8.0 + 0.9 * i / 60.0), kDepth);
+      const GroundSamples heights = ground.compose(id).heights;
+      for (int row = 1; row < 66; ++row) {
+        for (int col = 2; col < 66; ++col)
+          steepest_m = std::max(steepest_m, std::abs(double(heights.at(col, row)) - double(heights.at(col - 1, row))));
+      }
+      highest_m = std::max(highest_m, double(heights.at(33, 33)));
+    }
+    EXPECT_EQ(highest_m, 3000.0);
+    const double spacing_m = tiling.metrics(kDepth).largestEdge.radians() / 64 * 6378137.0;
+    if (seam_m == 0.0) {
+      EXPECT_EQ(steepest_m, 3000.0);
+    } else {
+      EXPECT_LT(steepest_m, 1.6 * 3000.0 * spacing_m / kSeam_m);
+      EXPECT_GT(steepest_m, 0.5 * 3000.0 * spacing_m / kSeam_m);
     }
   }
 }

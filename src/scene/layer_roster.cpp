@@ -218,7 +218,7 @@ bool LayerRoster::isDue(Clock::time_point now) const {
 }
 
 ContentMaker LayerRoster::maker(bool regularMesh) {
-  std::vector<std::shared_ptr<LayerTiles>> ground;
+  std::vector<GroundLayers::Layer> ground;
   std::vector<ColourLayers::Layer> colours;
   for (const ImageryLayout& layout : layout_) {
     ColourLayers::Layer& layer = colours.emplace_back();
@@ -227,7 +227,7 @@ ContentMaker LayerRoster::maker(bool regularMesh) {
   }
   for (const auto& entry : elevation_) {
     entry->isTold = entry->state == Entry::State::ready;
-    if (entry->isTold) ground.push_back(entry->tiles);
+    if (entry->isTold) ground.emplace_back(entry->tiles, entry->source.seam_m);
   }
   for (const auto& entry : imagery_) {
     entry->isTold = entry->state == Entry::State::ready;

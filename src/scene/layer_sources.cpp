@@ -214,6 +214,7 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
   for (const ElevationLayer& layer : scene.elevation) {
     auto source = openLayer(layer, raster::Kind::elevation, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
+    source->seam_m = layer.seam_m;
     layers.elevation.push_back(std::move(*source));
   }
   for (const ImageryLayer& layer : scene.imagery) {

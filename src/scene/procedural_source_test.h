@@ -61,6 +61,8 @@ class ProceduralSource final : public raster::TileSource {
   std::set<tiling::TileId> failing;
   std::function<void(const tiling::TileId&)> delay;
 
+  void setBounds(const geo::GeoRect& bounds) { info_.bounds = bounds; }
+
   const raster::TileSourceInfo& info() const override { return info_; }
 
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {

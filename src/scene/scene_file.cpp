@@ -263,9 +263,10 @@ class SceneReader {
   }
 
   ElevationLayer elevation(const toml::table& layer) const {
-    allow(layer, withServiceKeys({"source", "type"}));
+    allow(layer, withServiceKeys({"source", "type", "seam_m"}));
     ElevationLayer out;
     readSource(layer, "elevation", out);
+    if (const toml::node* node = layer.get("seam_m")) out.seam_m = number(*node, "seam_m", 0.0, 1e7);
     return out;
   }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,8 @@ struct ElevationLayer {
   std::string source;  ///< a path as it can be opened from the working directory, or a service's URL or template
   SourceKind from = SourceKind::file;
   raster::ServiceLayer service;  ///< of SourceKind::service: all that the scene says of it
+  /// Metres over which the layer passes into those below it where it ends; 0: a step. Nothing: a twentieth of its size.
+  std::optional<double> seam_m;
 };
 
 /// Colours, or the lights of the night. Later layers lie over earlier ones.
