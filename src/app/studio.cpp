@@ -297,11 +297,13 @@ void warnOfBudget(const char* command, const PictureArguments& arguments, const 
   std::string budget = fmt::format("{} tiles (--max-tiles)", arguments.maxTiles);
   if (arguments.maxTriangles > 0) budget += fmt::format(" or {} triangles (--max-triangles)", arguments.maxTriangles);
   if (arguments.maxMebibytes > 0) budget += fmt::format(" or {} MiB (--max-mib)", arguments.maxMebibytes);
-  fmt::print(
-      stderr,
-      "tellurion {}: warning: {}the {} that a frame may have are spent, and the ground is up to {:.1f} pixels "
-      "off; raise them, raise --tolerance, lower --vertices-per-pixel or --quality, or make the picture smaller\n",
-      command, where, budget, frame.maxScreenError_px);
+  const bool isGroundOff = frame.maxScreenError_px > arguments.cutAtQuality().tolerance_px;
+  const std::string lack = isGroundOff ? fmt::format("the ground is up to {:.1f} pixels off", frame.maxScreenError_px)
+                                       : "the ground's pictures or samples are coarser than they were to be";
+  fmt::print(stderr,
+             "tellurion {}: warning: {}the {} that a frame may have are spent, and {}; raise them, raise --tolerance, "
+             "lower --vertices-per-pixel or --quality, or make the picture smaller\n",
+             command, where, budget, lack);
 }
 
 void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn,
