@@ -98,12 +98,13 @@ class LayerTiles {
 struct TileNeed {
   LayerTiles* tiles = nullptr;
   tiling::TileId id;
+  bool isSpare = false;  ///< asked for only when it turns out that there is no such tile one level below it
 };
 
 /// The tile over `id` at a level, and the one that is asked for instead when it turns out that there is none.
 inline void addNeed(LayerTiles& tiles, const tiling::TileId& id, int level, std::vector<TileNeed>& needs) {
   for (int each = level; each >= std::max(level - 1, 0); --each)
-    needs.push_back({.tiles = &tiles, .id = id.ancestor(each)});
+    needs.push_back({.tiles = &tiles, .id = id.ancestor(each), .isSpare = each < level});
 }
 
 }  // namespace tellurion::scene
