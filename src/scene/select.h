@@ -89,8 +89,8 @@ struct SelectedTile {
 
 struct WantedTile {
   tiling::TileId id;
-  /// What it adds to the picture; larger is more urgent: how many times too coarse the ground is for whose sake it is
-  /// wanted, times the share of the picture which that covers.
+  /// What it adds to the picture; larger is more urgent: the share of the picture that the tile covers for whose sake it
+  /// is wanted.
   double priority = 0.0;
 };
 
