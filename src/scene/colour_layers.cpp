@@ -72,7 +72,7 @@ struct Part {
 Part nearestPart(LayerTiles& set, const tiling::TileId& id) {
   Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
   for (; part.level >= 0; --part.level) {
-    part.tile = set.get(id.ancestor(part.level));
+    part.tile = set.held(id.ancestor(part.level));
     if (part.tile) break;
   }
   return part;

@@ -18,8 +18,7 @@ bool has(const std::vector<TileJob::Part>& parts, const TileNeed& need) {
 
 /// On a worker: holds all that making the tile will load. What cannot be loaded leads to coarser tiles; false: one of
 /// those was not fetched, and loading it would wait for a network.
-bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job) {
-  std::vector<TileNeed> needs;
+bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job, std::vector<TileNeed>& needs) {
   for (bool isSettled = false; !isSettled;) {
     isSettled = true;
     needs.clear();
@@ -36,6 +35,24 @@ bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job
     }
   }
   return true;
+}
+
+std::uint64_t refusalsOf(const std::vector<TileNeed>& needs) {
+  std::uint64_t count = 0;
+  for (const TileNeed& need : needs)
+    count += need.tiles->refusals();
+  return count;
+}
+
+/// On a worker. Null: more has to be fetched first.
+std::shared_ptr<const TileContent> contentOf(const ContentMaker& maker, const tiling::TileId& id,
+                                             const TileContent* parent, TileJob& job) {
+  std::vector<TileNeed> needs;
+  if (!loadParts(maker, id, job, needs)) return nullptr;
+  // Another worker may find out meanwhile that a tile beside it fails, which changes what it is made of.
+  const std::uint64_t before = refusalsOf(needs);
+  auto content = maker.make(id, parent);
+  return refusalsOf(needs) == before ? content : nullptr;
 }
 
 }  // namespace
@@ -104,9 +121,7 @@ void TileLoading::submit(const WantedTile& wanted, TileRecord& r) {
   r.job->task = executor_.submit(
       wanted.priority, [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
         if (job->taken.exchange(true)) return;
-        const ContentMaker& maker = forest_.maker();
-        const bool isWhole = loadParts(maker, id, *job);
-        arrivals_.add({.id = id, .content = isWhole ? maker.make(id, parent.get()) : nullptr});
+        arrivals_.add({.id = id, .content = contentOf(forest_.maker(), id, parent.get(), *job)});
         bell_.ring();
       });
 }
