@@ -72,7 +72,7 @@ struct Part {
 Part nearestPart(LayerTiles& set, const tiling::TileId& id) {
   Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
   for (; part.level >= 0; --part.level) {
-    part.tile = set.get(id.ancestor(part.level));
+    part.tile = set.held(id.ancestor(part.level));
     if (part.tile) break;
   }
   return part;
@@ -111,6 +111,9 @@ Rgba8 lampOf(Rgba8 p) {
 LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& id, const LayerPicture* parent) {
   LayerPicture out;
   if (parent != nullptr) out = {.image = parent->image, .level = parent->level};
+  const bool mayBeOwn =
+      std::ranges::any_of(layer.sets, [&](const auto& set) { return set->storedLevel(id) == id.level; });
+  if (!mayBeOwn) return out;  // what is not looked at is not loaded
   std::vector<Part> parts;
   for (const auto& set : layer.sets) {
     Part part = nearestPart(*set, id);

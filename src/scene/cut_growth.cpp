@@ -7,7 +7,7 @@ namespace tellurion::scene {
 namespace {
 
 constexpr double kMissingRoot = 1e9;
-constexpr double kUnseenRoot = 1e-9;  ///< what its depths tell is needed: see select()
+constexpr double kUnseenRoot = 1e8;   ///< what its depths tell is needed: see select()
 constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
@@ -158,9 +158,10 @@ class Growth {
 
   void want(const tiling::TileId& id, double priority) { out_.wanted.push_back({.id = id, .priority = priority}); }
 
-  /// What better ground in a tile's place adds to the picture: missing detail times area.
+  /// What better ground in a tile's place adds to the picture: its area. How much too coarse the ground is does not
+  /// count beyond that it is: what takes several levels to be fine takes as many times as many tiles.
   double urgencyOf(const TileFacts& facts, double need) const {
-    return need * std::max(rules_.sight.share(facts), kLeastShare);
+    return std::min(need, 1.0) * std::max(rules_.sight.share(facts), kLeastShare);
   }
 
   /// The four children are there, or are asked for: with one urgency, since the last of them counts. Without a history,
@@ -168,10 +169,12 @@ class Growth {
   bool areReady(const tiling::TileId& id, const TileChildren& children, std::uint8_t inside, const TileFacts& cause,
                 double need) {
     bool ready = true;
+    double urgency = 0.0;
     for (int q = 0; q < 4; ++q) {
       const TileFacts& child = *children[static_cast<std::size_t>(q)];
       if (child.drawable || (!past_.isKnown() && !rules_.sight.maySee(child, inside))) continue;
-      want(id.child(q), urgencyOf(cause, need));
+      if (ready) urgency = urgencyOf(cause, need);
+      want(id.child(q), urgency);
       ready = false;
     }
     return ready;

@@ -7,6 +7,7 @@
 
 #include "scene/select.h"
 #include "scene/tile_loading.h"
+#include "scene/tiles_ahead.h"
 
 namespace tellurion::scene {
 
@@ -17,10 +18,12 @@ class Generation {
   Generation(ContentMaker maker, io::Executor& executor, TileFetches& fetches, Doorbell& bell)
       : forest(std::move(maker)),
         loading(forest, executor, fetches, bell),
+        ahead(forest.maker().tiling, forest.maker().ellipsoid),
         selector_(forest.maker().tiling, forest.maker().ellipsoid) {}
 
   TileForest forest;
   TileLoading loading;
+  TilesAhead ahead;
 
   /// Takes in what has been made and cuts. Valid until the next call.
   const Selection& cut(const View& view, const CutOptions& options, double exaggeration,

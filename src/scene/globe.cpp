@@ -7,6 +7,7 @@
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
+#include "scene/view_motion.h"
 
 namespace tellurion::scene {
 namespace {
@@ -28,6 +29,7 @@ struct Globe::State {
   State(const Scene& scene, const GlobeOptions& given)
       : globeOptions(given),
         body(scene.body),
+        motion(scene.body.ellipsoid),
         lighting(scene.lighting),
         contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
         executor(given.workers) {
@@ -44,6 +46,7 @@ struct Globe::State {
 
   std::unique_ptr<Generation> generation();
   void receive();
+  std::optional<View> viewAhead(const View& view, const CutOptions& options);
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
   void evict();
   void fillFrame(const View& view, const Selection& selection);
@@ -55,6 +58,7 @@ struct Globe::State {
 
   GlobeOptions globeOptions;
   geo::Body body;
+  ViewMotion motion;
   Lighting lighting;
   std::uint64_t contentBudget;
   std::vector<io::Failure> failures;
@@ -87,6 +91,17 @@ void Globe::State::receive() {
   }
 }
 
+/// What will be looked at soon, where that is another view.
+std::optional<View> Globe::State::viewAhead(const View& view, const CutOptions& options) {
+  if (!options.time_s || !options.prefetch) {
+    motion.forget();
+    return std::nullopt;
+  }
+  constexpr double kAhead_s = 1.0;
+  motion.add(view, *options.time_s);
+  return motion.ahead(kAhead_s);
+}
+
 /// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
 const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
   CutOptions cutOptions = asked;
@@ -109,7 +124,9 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
     }
   }
   // First who asks, then who lets go: what both need is not fetched again.
-  (next ? next : shown)->loading.request((next ? nextCut : selection)->wanted);
+  Generation& asking = next ? *next : *shown;
+  asking.ahead.look(viewAhead(view, cutOptions), cutOptions, asking.forest);
+  asking.loading.request((next ? nextCut : selection)->wanted, asking.ahead.wanted(asking.forest));
   if (next) shown->loading.pause();
   for (const auto& old : retired)
     old->loading.stop();

@@ -150,7 +150,7 @@ class LayerSampler {
  private:
   LayerTiles::TilePointer fetch(int& level) const {
     for (; level >= 0; --level) {
-      if (auto tile = layer_.get(id_.ancestor(level))) return tile;
+      if (auto tile = layer_.held(id_.ancestor(level))) return tile;
     }
     return nullptr;
   }

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <thread>
 
 #include "geo/body.h"
@@ -205,6 +208,84 @@ TEST_P(LateLayers, whatEdgesNeedOfCoarserTilesIsPreparedToo) {
   EXPECT_TRUE(globe->failures().empty());
   const auto local = globeOf({.elevation = {planet, patch.planet}, .imagery = {}, .resources = {}}, GetParam());
   EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+/// A server that loses what it once had, and never had the finest: a tile fails where its stand-ins are kept no more.
+class Decaying final : public raster::TileSource {
+ public:
+  explicit Decaying(std::shared_ptr<RemoteSource> source) : source_(std::move(source)) {}
+  const raster::TileSourceInfo& info() const override { return source_->info(); }
+  std::optional<raster::TilePresence> presence(const TileId& id) const override { return source_->presence(id); }
+  std::unique_ptr<raster::Preparation> prepare(const TileId& id, double priority,
+                                               std::function<void()> ready) const override {
+    return source_->prepare(id, priority, std::move(ready));
+  }
+  io::Result<std::optional<raster::SourceTile>> load(const TileId& id) const override {
+    {
+      const std::lock_guard lock(mutex_);
+      const bool isAgain = !loaded_.insert(id).second;
+      if (id.level == info().maxLevel || (isAgain && id.level > 1)) {
+        return io::fail(io::Failure::Code::corrupt, "is lost", info().name);
+      }
+    }
+    return source_->load(id);
+  }
+
+ private:
+  std::shared_ptr<RemoteSource> source_;
+  mutable std::mutex mutex_;
+  mutable std::set<TileId> loaded_;
+};
+
+TEST_P(LateLayers, whatStandsInForLostTilesIsFetchedBeforeAWorkerNeedsIt) {
+  Remote patch(raster::Kind::elevation, GetParam());
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 8);
+  // Little memory, so that what once was loaded is dropped, and lost when it is asked for again.
+  const auto globe =
+      globeOf({.elevation = {planet, std::make_shared<Decaying>(patch.source)}, .imagery = {}, .resources = {}},
+              GetParam(), {.workers = 2, .cpuCacheBytes = 1u << 20});
+  completed(*globe, hillsView(), {patch.server}, 5);
+  EXPECT_FALSE(globe->failures().empty());
+  EXPECT_EQ(patch.source->unpreparedLoads(), 0);
+}
+
+/// Whatever the eye did before: once all has come, all fades to its place and the frame is complete.
+TEST_P(LateLayers, withAClockAFrameAtRestIsCompleteAtLast) {
+  constexpr double kFrame_s = 0.05;
+  auto random = geo::seededGenerator();
+  Remote ground(raster::Kind::elevation, GetParam(), 5);
+  Remote colours(raster::Kind::imagery, GetParam(), 7);
+  const auto globe =
+      globeOf({.elevation = {ground.source}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  double time_s = 0.0;
+  const auto next = [&](const View& view, int answers) -> const Frame& {
+    ground.server->serve(answers);
+    colours.server->serve(answers);
+    const Frame& frame = globe->update(view, {.time_s = time_s += kFrame_s});
+    globe->waitForArrivals(2ms);
+    return frame;
+  };
+  const auto between = [&](double low, double high) { return geo::uniform(random, low, high); };
+  View view = hillsView();
+  for (int leg = 0; leg < 6; ++leg) {
+    double lat = between(-80, 80);
+    const double lon = between(-180, 180);
+    const double height_m = std::exp(between(std::log(5e3), std::log(5e6)));
+    double heading = between(0, 360);
+    const double pitch = between(-90, -5);
+    for (int i = 0; i < 20; ++i)
+      next(view = viewFrom(lat += 0.02, lon, height_m, heading += 3, pitch), 2);
+  }
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  const Frame* frame = &next(view, 1000);
+  int framesWithAll = 0;
+  while (!frame->complete && framesWithAll < 1000 && std::chrono::steady_clock::now() < end) {
+    frame = &next(view, 1000);
+    if (frame->statistics.tilesWanted == 0 && frame->statistics.layersComing == 0) ++framesWithAll;
+  }
+  EXPECT_TRUE(frame->complete) << frame->statistics.tilesWanted << " wanted, morphing " << frame->morphing;
+  // A level after the other, 0.3 s each at most; both ways.
+  EXPECT_LT(framesWithAll, 2 * 8 * 0.3 / kFrame_s);
 }
 
 TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {

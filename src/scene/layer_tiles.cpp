@@ -59,6 +59,13 @@ LayerTiles::TilePointer LayerTiles::kept(const tiling::TileId& id) {
   return found->second.tile;
 }
 
+LayerTiles::TilePointer LayerTiles::held(const tiling::TileId& id) {
+  if (!tellsPresence_) return get(id);
+  TilePointer tile = kept(id);
+  if (!tile && !isMissing(id)) ++refusals_;
+  return tile;
+}
+
 bool LayerTiles::isMissing(const tiling::TileId& id) const {
   const std::lock_guard lock(mutex_);
   const auto known = known_.find(id);

@@ -52,6 +52,10 @@ class LayerTiles {
   bool tellsPresence() const { return tellsPresence_; }
   /// The decoded tile, if it is here. Never blocks.
   TilePointer kept(const tiling::TileId& id);
+  /// For those who make contents: as get(), but of a source that tells what it stores only what is kept, since another
+  /// load may wait for a network. Null though the tile may exist counts as a refusal.
+  TilePointer held(const tiling::TileId& id);
+  std::uint64_t refusals() const { return refusals_; }
   /// Known not to exist, or to have failed. Never blocks.
   bool isMissing(const tiling::TileId& id) const;
   /// As the source does.
@@ -86,6 +90,7 @@ class LayerTiles {
   std::uint64_t budgetBytes_;
   std::shared_ptr<LoadLedger> ledger_;
   bool tellsPresence_;
+  std::atomic<std::uint64_t> refusals_{0};
   mutable std::mutex mutex_;
   std::condition_variable loaded_;
   std::unordered_map<tiling::TileId, Entry, tiling::TileIdHash> tiles_;
@@ -98,12 +103,13 @@ class LayerTiles {
 struct TileNeed {
   LayerTiles* tiles = nullptr;
   tiling::TileId id;
+  bool isSpare = false;  ///< asked for only when it turns out that there is no such tile one level below it
 };
 
 /// The tile over `id` at a level, and the one that is asked for instead when it turns out that there is none.
 inline void addNeed(LayerTiles& tiles, const tiling::TileId& id, int level, std::vector<TileNeed>& needs) {
   for (int each = level; each >= std::max(level - 1, 0); --each)
-    needs.push_back({.tiles = &tiles, .id = id.ancestor(each)});
+    needs.push_back({.tiles = &tiles, .id = id.ancestor(each), .isSpare = each < level});
 }
 
 }  // namespace tellurion::scene

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,7 @@ namespace tellurion::scene {
 class FakeServer {
  public:
   struct Request {
+    const void* source = nullptr;  ///< whose tile it is
     tiling::TileId id;
     double priority = 0.0;
     std::uint64_t arrival = 0;
@@ -26,12 +28,26 @@ class FakeServer {
     bool used = false;  ///< loaded from
   };
   enum class Order { mostUrgent, firstCome };
-  /// cancels: else what is let go of has its turn all the same, as a line that knows no cancelling would have it.
-  explicit FakeServer(bool cancels = true) : cancels_(cancels) {}
+  struct Line {
+    bool cancels = true;     ///< else what is let go of has its turn all the same, in the place where it stands
+    bool remembers = false;  ///< what was brought once is at hand from then on, as from a cache on disk
+  };
+  FakeServer() = default;
+  explicit FakeServer(const Line& line) : line_(line) {}
 
-  std::shared_ptr<Request> ask(const tiling::TileId& id, double priority, std::function<void()> ready) {
+  /// Null: at hand.
+  std::shared_ptr<Request> ask(const void* source, const tiling::TileId& id, double priority,
+                               std::function<void()> ready) {
     const std::lock_guard lock(mutex_);
-    auto request = std::make_shared<Request>(Request{id, priority, arrivals_++, std::move(ready)});
+    if (brought_.count({source, id}) != 0) return nullptr;
+    const auto left = std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& waiting) {
+      return waiting->source == source && waiting->id == id && !waiting->ready;
+    });
+    if (left != waiting_.end()) {
+      (*left)->ready = std::move(ready);
+      return *left;
+    }
+    auto request = std::make_shared<Request>(Request{source, id, priority, arrivals_++, std::move(ready)});
     waiting_.push_back(request);
     ++asked_[id];
     return request;
@@ -45,17 +61,18 @@ class FakeServer {
     if (!request->used) ++cancelled_;
     if (request->served) {
       std::erase(held_, request);
-    } else if (cancels_) {
+    } else if (line_.cancels) {
       std::erase(waiting_, request);
     } else {
-      request->ready = [] {};
+      request->ready = nullptr;
     }
   }
-  /// Whether someone holds what was answered for it, which is used now.
-  bool use(const tiling::TileId& id) {
+  /// Whether it is at hand, or someone holds what was answered for it, which is used now.
+  bool use(const void* source, const tiling::TileId& id) {
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(held_.begin(), held_.end(), [&](const auto& held) { return held->id == id; });
-    if (found == held_.end()) return false;
+    const auto found = std::find_if(held_.begin(), held_.end(),
+                                    [&](const auto& held) { return held->source == source && held->id == id; });
+    if (found == held_.end()) return brought_.count({source, id}) != 0;
     (*found)->used = true;
     return true;
   }
@@ -69,10 +86,13 @@ class FakeServer {
         if (order == Order::mostUrgent && a->priority != b->priority) return a->priority > b->priority;
         return a->arrival < b->arrival;
       });
-      (*next)->served = true;
-      held_.push_back(*next);
-      (*next)->ready();
+      const std::shared_ptr<Request> request = *next;
       waiting_.erase(next);
+      if (line_.remembers) brought_.insert({request->source, request->id});
+      if (!request->ready) continue;
+      request->served = true;
+      held_.push_back(request);
+      request->ready();
     }
     return served;
   }
@@ -92,10 +112,11 @@ class FakeServer {
   }
 
  private:
-  bool cancels_;
+  Line line_;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Request>> waiting_;
   std::map<tiling::TileId, int> asked_;
+  std::set<std::pair<const void*, tiling::TileId>> brought_;  ///< where it remembers
   std::vector<std::shared_ptr<Request>> held_;
   std::uint64_t arrivals_ = 0;
   int cancelled_ = 0;
@@ -121,10 +142,11 @@ class RemoteSource final : public raster::TileSource {
   }
   std::unique_ptr<raster::Preparation> prepare(const tiling::TileId& id, double priority,
                                                std::function<void()> ready) const override {
-    return std::make_unique<Waiting>(server_, server_->ask(id, priority, std::move(ready)));
+    auto request = server_->ask(this, id, priority, std::move(ready));
+    return request ? std::make_unique<Waiting>(server_, std::move(request)) : nullptr;
   }
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {
-    if (server_->use(id)) return planet_->load(id);
+    if (server_->use(this, id)) return planet_->load(id);
     ++unprepared_;
     return io::fail(io::Failure::Code::ioError, "was not prepared", info().name);
   }

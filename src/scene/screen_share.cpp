@@ -1,29 +1,95 @@
 #include "scene/screen_share.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
+#include <cstddef>
+#include <span>
 
 namespace tellurion::scene {
+namespace {
+
+/// Ground fills about so much of its box's height.
+constexpr double kFilled = 0.5;
+
+/// Right and up in half pictures, times the distance along the line of sight, which is z.
+using Sighted = geo::Vec3;
+
+/// The part of a convex polygon that lies in the picture.
+class Clipped {
+ public:
+  explicit Clipped(const std::array<Sighted, 4>& corners) : count_(corners.size()) {
+    std::ranges::copy(corners, points_.begin());
+    constexpr double kNearest_m = 0.1;
+    keep([](const Sighted& p) { return p.z - kNearest_m; });
+    keep([](const Sighted& p) { return p.z + p.x; });
+    keep([](const Sighted& p) { return p.z - p.x; });
+    keep([](const Sighted& p) { return p.z + p.y; });
+    keep([](const Sighted& p) { return p.z - p.y; });
+  }
+
+  /// Of the picture.
+  double share() const {
+    double twice = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Sighted& a = points_[i];
+      const Sighted& b = points_[(i + 1) % count_];
+      twice += (a.x * b.y - b.x * a.y) / (a.z * b.z);
+    }
+    return std::abs(twice) / 8.0;
+  }
+
+ private:
+  /// What lies on the side of a plane where `height` is not below 0.
+  template <class Height>
+  void keep(const Height& height) {
+    std::array<Sighted, kMost> kept;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Sighted& a = points_[i];
+      const Sighted& b = points_[(i + 1) % count_];
+      const double above = height(a);
+      const double next = height(b);
+      if (above >= 0.0) kept[count++] = a;
+      if ((above >= 0.0) != (next >= 0.0)) kept[count++] = a + (b - a) * (above / (above - next));
+    }
+    points_ = kept;
+    count_ = count;
+  }
+
+  static constexpr std::size_t kMost = 10;  ///< corners: four, and one more for each plane at most
+  std::array<Sighted, kMost> points_;
+  std::size_t count_;
+};
+
+}  // namespace
 
 double screenShare(const OrientedBox& box, const View& view) {
-  constexpr double kNearest_m = 0.1;
-  constexpr double kFar = std::numeric_limits<double>::infinity();
   const double halfHeight = std::tan(0.5 * view.verticalFov.radians());
   const double halfWidth = halfHeight * view.viewport.width / view.viewport.height;
-  geo::Vec2 low(kFar, kFar);
-  geo::Vec2 high(-kFar, -kFar);
-  for (unsigned i = 0; i < OrientedBox::kCorners; ++i) {
-    const geo::Vec3 corner = view.viewFromBody * (box.corner(i) - view.eye);
-    if (corner.z > -kNearest_m) return 1.0;
-    const geo::Vec2 at = geo::Vec2(corner.x / halfWidth, corner.y / halfHeight) / -corner.z;
-    low = geo::Vec2(std::min(low.x, at.x), std::min(low.y, at.y));
-    high = geo::Vec2(std::max(high.x, at.x), std::max(high.y, at.y));
-  }
-  const auto within = [](double from, double to) {
-    return std::max(0.0, std::min(to, 1.0) - std::max(from, -1.0)) / 2.0;
+  const auto sighted = [&](const geo::Vec3& fromEye) {
+    const geo::Vec3 seen = view.viewFromBody * fromEye;
+    return Sighted(seen.x / halfWidth, seen.y / halfHeight, -seen.z);
   };
-  return within(low.x, high.x) * within(low.y, high.y);
+  const geo::Vec3 centre = box.centre - view.eye;
+  std::array<geo::Vec3, 3> axes = box.halfAxes;
+  axes[2] *= kFilled;
+  double share = 0.0;
+  bool isOutside = false;
+  // The faces towards the eye cover what the box covers, without overlap.
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    const geo::Vec3& out = axes[i];
+    const double along = geo::dot(centre, out);
+    if (std::abs(along) <= geo::dot(out, out)) continue;
+    isOutside = true;
+    const geo::Vec3 middle = along > 0.0 ? centre - out : centre + out;
+    const geo::Vec3& u = axes[(i + 1) % 3];
+    const geo::Vec3& v = axes[(i + 2) % 3];
+    share +=
+        Clipped({sighted(middle - u - v), sighted(middle + u - v), sighted(middle + u + v), sighted(middle - u + v)})
+            .share();
+  }
+  return isOutside ? std::min(share, 1.0) : 1.0;
 }
 
 }  // namespace tellurion::scene

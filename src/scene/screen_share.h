@@ -5,8 +5,8 @@
 
 namespace tellurion::scene {
 
-/// How much of the picture a box covers at most, 0..1: of the rectangle around it. One that reaches behind the eye
-/// counts as the whole picture.
+/// How much of the picture the ground in a box covers, 0..1: what the box does, drawn half as high about its middle,
+/// its last axis being the one that points up. The eye in it: the whole picture.
 double screenShare(const OrientedBox& box, const View& view);
 
 }  // namespace tellurion::scene

@@ -37,6 +37,8 @@ struct CutOptions {
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
   double fade_s = 0.3;
+  /// With a clock, and an eye that moves: what the view a second ahead will want is asked for too, last of all.
+  bool prefetch = true;
   /// With morphing: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has left
   /// its parents' surfaces when a moving eye gets to see it; a share of half the picture.
   double margin = 0.15;
@@ -87,8 +89,8 @@ struct SelectedTile {
 
 struct WantedTile {
   tiling::TileId id;
-  /// What it adds to the picture; larger is more urgent: how many times too coarse the ground is for whose sake it is
-  /// wanted, times the share of the picture which that covers.
+  /// What it adds to the picture; larger is more urgent: the share of the picture that the tile covers for whose sake it
+  /// is wanted.
   double priority = 0.0;
 };
 

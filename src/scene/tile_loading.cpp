@@ -11,6 +11,50 @@ constexpr std::size_t kMostUnderway = 4096;
 /// Tiles that network sources take part in and one update begins: telling what they need takes time.
 constexpr int kMostBegun = 128;
 
+bool has(const std::vector<TileJob::Part>& parts, const TileNeed& need) {
+  return std::ranges::any_of(
+      parts, [&](const TileJob::Part& part) { return part.need.tiles == need.tiles && part.need.id == need.id; });
+}
+
+/// On a worker: holds all that making the tile will load. What cannot be loaded leads to coarser tiles; false: one of
+/// those was not fetched, and loading it would wait for a network.
+bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job, std::vector<TileNeed>& needs) {
+  for (bool isSettled = false; !isSettled;) {
+    isSettled = true;
+    needs.clear();
+    maker.addNeeds(id, needs);
+    for (const TileNeed& need : needs) {
+      if (need.isSpare || need.tiles->isMissing(need.id)) continue;
+      auto tile = need.tiles->kept(need.id);
+      if (!tile) {
+        if (!has(job.fetched, need)) return false;
+        tile = need.tiles->get(need.id);
+      }
+      isSettled = isSettled && tile;
+      if (tile) job.kept.push_back(std::move(tile));
+    }
+  }
+  return true;
+}
+
+std::uint64_t refusalsOf(const std::vector<TileNeed>& needs) {
+  std::uint64_t count = 0;
+  for (const TileNeed& need : needs)
+    count += need.tiles->refusals();
+  return count;
+}
+
+/// On a worker. Null: more has to be fetched first.
+std::shared_ptr<const TileContent> contentOf(const ContentMaker& maker, const tiling::TileId& id,
+                                             const TileContent* parent, TileJob& job) {
+  std::vector<TileNeed> needs;
+  if (!loadParts(maker, id, job, needs)) return nullptr;
+  // Another worker may find out meanwhile that a tile beside it fails, which changes what it is made of.
+  const std::uint64_t before = refusalsOf(needs);
+  auto content = maker.make(id, parent);
+  return refusalsOf(needs) == before ? content : nullptr;
+}
+
 }  // namespace
 
 void Arrivals::add(Arrival arrival) {
@@ -24,22 +68,36 @@ std::vector<Arrivals::Arrival> Arrivals::take() {
 }
 
 void TileLoading::receive() {
-  for (Arrivals::Arrival& arrival : arrivals_.take())
-    forest_.take(arrival.id, std::move(arrival.content));
+  for (Arrivals::Arrival& arrival : arrivals_.take()) {
+    if (arrival.content) {
+      forest_.take(arrival.id, std::move(arrival.content));
+      continue;
+    }
+    TileJob& job = *forest_.record(arrival.id).job;
+    job.isShort = true;
+    job.submitted = false;
+    job.taken = false;
+  }
   std::erase_if(underway_, [&](const tiling::TileId& id) { return !forest_.record(id).job; });
 }
 
 void TileLoading::begin(const WantedTile& wanted, TileRecord& r) {
   r.job = std::make_shared<TileJob>();
   underway_.push_back(wanted.id);
+  fetchNeeds(wanted, *r.job);
+}
+
+/// As far as they are not fetched already.
+void TileLoading::fetchNeeds(const WantedTile& wanted, TileJob& job) {
+  job.isShort = false;
   needs_.clear();
   forest_.maker().addNeeds(wanted.id, needs_);
   for (const TileNeed& need : needs_) {
     if (auto tile = need.tiles->kept(need.id)) {
-      r.job->kept.push_back(std::move(tile));
-    } else if (!need.tiles->isMissing(need.id)) {
+      job.kept.push_back(std::move(tile));
+    } else if (!need.tiles->isMissing(need.id) && !has(job.fetched, need) && !has(job.missing, need)) {
       auto fetch = fetches_.fetch(*need.tiles, need.id, wanted.priority);
-      if (fetch) r.job->missing.push_back(std::move(fetch));
+      (fetch ? job.missing : job.fetched).push_back({.need = need, .fetch = std::move(fetch)});
     }
   }
 }
@@ -47,12 +105,12 @@ void TileLoading::begin(const WantedTile& wanted, TileRecord& r) {
 /// False: its sources' data are still on their way.
 bool TileLoading::advance(const WantedTile& wanted, TileRecord& r) {
   auto& missing = r.job->missing;
-  while (!missing.empty() && missing.back()->isReady()) {
+  while (!missing.empty() && missing.back().fetch->isReady()) {
     r.job->fetched.push_back(std::move(missing.back()));
     missing.pop_back();
   }
-  for (const auto& fetch : missing)
-    fetches_.hurry(*fetch, wanted.priority);
+  for (const TileJob::Part& part : missing)
+    fetches_.hurry(*part.fetch, wanted.priority);
   return missing.empty();
 }
 
@@ -60,12 +118,12 @@ void TileLoading::submit(const WantedTile& wanted, TileRecord& r) {
   std::shared_ptr<const TileContent> parent;
   if (wanted.id.level > 0) parent = forest_.record(wanted.id.parent()).content;
   r.job->submitted = true;
-  r.job->task = executor_.submit(wanted.priority,
-                                 [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
-                                   if (job->taken.exchange(true)) return;
-                                   arrivals_.add({.id = id, .content = forest_.maker().make(id, parent.get())});
-                                   bell_.ring();
-                                 });
+  r.job->task = executor_.submit(
+      wanted.priority, [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
+        if (job->taken.exchange(true)) return;
+        arrivals_.add({.id = id, .content = contentOf(forest_.maker(), id, parent.get(), *job)});
+        bell_.ring();
+      });
 }
 
 /// What has begun goes on to its end.
@@ -80,17 +138,25 @@ void TileLoading::cancel(const IsUnwanted& isUnwanted) {
   });
 }
 
-void TileLoading::request(const std::vector<WantedTile>& wanted) {
+void TileLoading::request(std::span<const WantedTile> wanted, std::span<const WantedTile> soon) {
   fetches_.beginPass();
-  int begun = 0;
-  for (std::size_t i = 0; i < std::min(wanted.size(), kMostUnderway); ++i) {
-    const WantedTile& w = wanted[i];
+  begun_ = 0;
+  request(wanted.first(std::min(wanted.size(), kMostUnderway)));
+  request(soon);
+  cancel([&](const TileRecord& r) { return r.lastWanted != forest_.updates(); });
+}
+
+void TileLoading::request(std::span<const WantedTile> wanted) {
+  for (const WantedTile& w : wanted) {
     TileRecord& r = forest_.record(w.id);
+    if (r.lastWanted == forest_.updates()) continue;
     r.lastWanted = forest_.updates();
     if (!r.job) {
-      if (begun >= kMostBegun) continue;
+      if (begun_ >= kMostBegun) continue;
       begin(w, r);
-      if (!needs_.empty()) ++begun;
+      if (!needs_.empty()) ++begun_;
+    } else if (r.job->isShort) {
+      fetchNeeds(w, *r.job);
     }
     if (r.job->submitted) {
       r.job->task.setPriority(w.priority);
@@ -98,7 +164,6 @@ void TileLoading::request(const std::vector<WantedTile>& wanted) {
       submit(w, r);
     }
   }
-  cancel([&](const TileRecord& r) { return r.lastWanted != forest_.updates(); });
 }
 
 void TileLoading::pause() {

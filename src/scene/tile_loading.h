@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "io/executor.h"
@@ -17,7 +18,7 @@ class Arrivals {
  public:
   struct Arrival {
     tiling::TileId id;
-    std::shared_ptr<const TileContent> content;
+    std::shared_ptr<const TileContent> content;  ///< null: more has to be fetched first
   };
 
   void add(Arrival arrival);
@@ -30,9 +31,14 @@ class Arrivals {
 
 /// A tile that is asked for: its sources' data are fetched, which takes no worker, then its content is made on one.
 struct TileJob {
-  std::vector<std::shared_ptr<TileFetch>> missing;  ///< still on their way
-  std::vector<std::shared_ptr<TileFetch>> fetched;
+  struct Part {
+    TileNeed need;
+    std::shared_ptr<TileFetch> fetch;  ///< null: there is nothing to wait for
+  };
+  std::vector<Part> missing;  ///< still on their way
+  std::vector<Part> fetched;
   std::vector<LayerTiles::TilePointer> kept;  ///< needed and here already: stays until the content is made
+  bool isShort = false;                       ///< what failed to load makes other tiles needed
   bool submitted = false;
   /// Worker and globe share it: whoever is first decides whether the task runs.
   std::atomic<bool> taken{false};
@@ -50,9 +56,10 @@ class TileLoading {
 
   /// Hands over to the forest what workers have made.
   void receive();
-  /// What is wanted now, the most urgent first. What is on its way gets its new priority, and what is not wanted any
-  /// more is cancelled: transfers stop, and what no worker has begun never is.
-  void request(const std::vector<WantedTile>& wanted);
+  /// What is wanted now, the most urgent first, and what will be soon, which is less urgent. What is on its way gets
+  /// its new priority, and what is not wanted any more is cancelled: transfers stop, and what no worker has begun never
+  /// is.
+  void request(std::span<const WantedTile> wanted, std::span<const WantedTile> soon);
   /// What is on its way from servers goes on, for whoever asks for it too; nothing is made.
   void pause();
   /// Nothing is wanted any more.
@@ -60,7 +67,9 @@ class TileLoading {
   bool isIdle() const { return underway_.empty(); }
 
  private:
+  void request(std::span<const WantedTile> wanted);
   void begin(const WantedTile& wanted, TileRecord& record);
+  void fetchNeeds(const WantedTile& wanted, TileJob& job);
   bool advance(const WantedTile& wanted, TileRecord& record);
   void submit(const WantedTile& wanted, TileRecord& record);
   template <class IsUnwanted>
@@ -71,6 +80,7 @@ class TileLoading {
   TileFetches& fetches_;
   Doorbell& bell_;
   std::vector<TileNeed> needs_;  ///< of one tile: memory that is kept
+  int begun_ = 0;                ///< in this request
   std::vector<tiling::TileId> underway_;
   Arrivals arrivals_;
 };
