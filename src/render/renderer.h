@@ -43,7 +43,7 @@ struct RenderStatistics {
 /// one command for a tile without coarser neighbours.
 class Renderer {
  public:
-  /// Compiles the shaders. A failure names what the driver lacks.
+  /// Compiles the shaders. A failure names what the driver lacks, compressed textures too where they are asked for.
   static io::Result<Renderer> create(const RendererOptions& options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
