@@ -26,7 +26,7 @@ struct BlockPicture {
 std::uint64_t blockBytes(BlockFormat format, int width, int height);
 
 /// With loss: a block has four colours on a line, of 5, 6 and 5 bits at its ends, and with bc3 eight values of
-/// coverage. The error is about that of a JPEG of quality 90 (docs/measurements.md). Sides >= 1. bc1 drops coverage.
+/// coverage. How far off real pictures come out is in docs/measurements.md. Sides >= 1. bc1 drops coverage.
 BlockPicture compressed(const Raster<Rgba8>& picture, BlockFormat format);
 
 /// As a GPU shows it. bc1 comes out covered all over. `bytes` must be blockBytes() long.
