@@ -25,6 +25,7 @@ LIBRARIES = {
     "SQLite": ("sqlite3",),
     "libcurl": ("curl/",),
     "pugixml": ("pugixml",),
+    "stb": ("stb/",),
     "toml++": ("toml++/",),
     "OpenGL": ("epoxy/gl.h",),
     "EGL": ("epoxy/egl.h",),

@@ -31,9 +31,10 @@ struct PictureArguments {
   std::int64_t maxTriangles = 0;  ///< 0: any number
   int maxMebibytes = 0;           ///< likewise
   double gpuMemory_MiB = 512.0;
-  bool offline = false;      ///< servers are not asked: only what is kept of them on this machine
+  bool compressTextures = false;
+  bool offline = false;        ///< servers are not asked: only what is kept of them on this machine
   int onlineCache_MiB = 2048;  ///< on disk, of what servers gave; 0: nothing is kept
-  double uploads_MiB = 8.0;  ///< copied to the GPU for one frame at most; 0: no limit
+  double uploads_MiB = 8.0;    ///< copied to the GPU for one frame at most; 0: no limit
 
   scene::CutOptions cut() const;           ///< at quality 1
   scene::CutOptions cutAtQuality() const;  ///< at the quality that was asked for
@@ -49,7 +50,8 @@ enum class Pace {
 };
 
 /// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
-/// --no-morph, the budgets, --offline, --cache-mib and --gpu-memory, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
+/// --no-morph, the budgets, --offline, --cache-mib, --gpu-memory and --compress-textures, in real time --frame-ms too,
+/// checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
 
 /// --uploads, for what draws in real time; pictures that wait for their data copy what they need.
@@ -81,7 +83,8 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
 const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
                                  std::chrono::duration<double> timeout, const std::stop_token& stop = {});
 
-/// Says on stderr that pictures of the ground had no room on the GPU, if so; of one frame of several, `where` says which
+/// Says on stderr that pictures of the ground had no room on the GPU, if so; of one frame of several, `where` says
+/// which
 /// ("in 3 of 20 frames, ").
 void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn,
                   const std::string& where = {});

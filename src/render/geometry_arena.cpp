@@ -11,7 +11,9 @@ namespace {
 
 constexpr std::uint32_t kVertexBytes = sizeof(scene::TerrainVertex);
 constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
-constexpr std::uint64_t kFirstChunkBytes = 8u << 20u;  // the next ones three times that: few of them, few draw calls
+constexpr std::uint64_t kFirstChunkBytes = 8u << 20u;  // most scenes outgrow it once, and its successor never
+constexpr std::uint64_t kGrowth = 4;
+constexpr std::uint64_t kNextChunkBytes = 24u << 20u;  // times the number of chunks there are and one
 constexpr std::uint64_t kSmallChunkBytes = 1u << 20u;  // the last one of the budget, and those beyond it
 constexpr double kVertexShare = 0.7;                   // of a tile's geometry
 
@@ -74,7 +76,10 @@ std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh,
     if (const auto place = placeIn(chunk, mesh)) return place;
   }
   const std::uint64_t left = budget_ - std::min(bytes_, budget_);
-  const std::uint64_t next = chunks_.empty() ? kFirstChunkBytes : 3 * kFirstChunkBytes * chunks_.size();
+  if (chunks_.size() == 1 && growFirstChunk(left)) {
+    if (const auto place = placeIn(0, mesh)) return place;
+  }
+  const std::uint64_t next = chunks_.empty() ? kFirstChunkBytes : (chunks_.size() + 1) * kNextChunkBytes;
   if (left >= kSmallChunkBytes && addChunk(std::min(next, left), mesh)) return placeIn(last(), mesh);
   while (const auto evicted = resident_.evictOldest(frame)) {
     release(*evicted);
@@ -116,9 +121,35 @@ bool GeometryArena::addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh
               .vertices = RangeAllocator(vertices),
               .indices = RangeAllocator(indices)};
   if (!chunk.vertexBuffer || !chunk.indexBuffer) return false;
-  bytes_ += std::uint64_t{vertices} * kVertexBytes + std::uint64_t{indices} * kIndexBytes;
+  bytes_ += chunk.bytes();
   chunks_.push_back(std::move(chunk));
   return true;
+}
+
+/// Meshes stay where they are. Only once, and only by a good part.
+bool GeometryArena::growFirstChunk(std::uint64_t leftBytes) {
+  Chunk& chunk = chunks_.front();
+  const std::uint64_t before = chunk.bytes();
+  const std::uint64_t wanted = std::min(kGrowth * kFirstChunkBytes, before + leftBytes);
+  if (wanted < 2 * before) return false;
+  const auto share = static_cast<double>(wanted);
+  const std::uint32_t vertices = unitsIn(share * kVertexShare, kVertexBytes, chunk.vertices.capacity());
+  const std::uint32_t indices = unitsIn(share * (1.0 - kVertexShare), kIndexBytes, chunk.indices.capacity());
+  Buffer vertexBuffer = grownBuffer(chunk.vertexBuffer, std::uint64_t{chunk.vertices.capacity()} * kVertexBytes,
+                                    std::uint64_t{vertices} * kVertexBytes);
+  Buffer indexBuffer = grownBuffer(chunk.indexBuffer, std::uint64_t{chunk.indices.capacity()} * kIndexBytes,
+                                   std::uint64_t{indices} * kIndexBytes);
+  if (!vertexBuffer || !indexBuffer) return false;
+  chunk.vertexBuffer = std::move(vertexBuffer);
+  chunk.indexBuffer = std::move(indexBuffer);
+  chunk.vertices.grow(vertices);
+  chunk.indices.grow(indices);
+  bytes_ += chunk.bytes() - before;
+  return true;
+}
+
+std::uint64_t GeometryArena::Chunk::bytes() const {
+  return std::uint64_t{vertices.capacity()} * kVertexBytes + std::uint64_t{indices.capacity()} * kIndexBytes;
 }
 
 void GeometryArena::bind(std::uint32_t chunk) const {

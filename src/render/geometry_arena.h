@@ -24,7 +24,8 @@ struct MeshPlace {
 std::uint64_t bytesOf(const scene::TerrainMesh& mesh);
 
 /// All meshes that are on the GPU, in chunks: a vertex and an index buffer each, so that meshes of a chunk go out in
-/// one draw call. A chunk is small enough to be made within a frame and is never moved; at the budget the meshes used
+/// one draw call. The first chunk is small and grows once, into one that is enough for most scenes; each further one is
+/// larger than the one before. At the budget the meshes used
 /// longest ago leave. What a frame needs always gets in, over the budget if it must: a hole in the ground is worse. GL
 /// thread only.
 class GeometryArena {
@@ -33,8 +34,8 @@ class GeometryArena {
 
   /// The place of a mesh that is here already, kept for this frame; null when it is not.
   const MeshPlace* touch(std::uint64_t serial, std::uint64_t frame) { return resident_.touch(serial, frame); }
-  /// Copies a mesh that is not here yet. Null only when the GPU has no memory left at all, or when the budget may not be
-  /// exceeded. The mesh may be dropped after.
+  /// Copies a mesh that is not here yet. Null only when the GPU has no memory left at all, or when the budget may not
+  /// be exceeded. The mesh may be dropped after.
   const MeshPlace* upload(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed = true);
 
   /// Attributes 0 to 2 and 9 to 12, as terrain.vert.glsl names them.
@@ -50,10 +51,13 @@ class GeometryArena {
     Buffer indexBuffer;
     RangeAllocator vertices;
     RangeAllocator indices;
+
+    std::uint64_t bytes() const;
   };
   std::optional<MeshPlace> makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed);
   std::optional<MeshPlace> placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh);
   bool addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh);
+  bool growFirstChunk(std::uint64_t leftBytes);
   void release(const MeshPlace& place);
 
   std::uint64_t budget_;

@@ -63,19 +63,30 @@ using Program = GlObject<ProgramKind>;
 /// A buffer of fixed size whose content is written with glNamedBufferSubData. Empty when memory does not suffice.
 Buffer makeBuffer(std::uint64_t bytes);
 
+/// What a texel is: 8 bits a channel, linear or sRGB, or sRGB in blocks (raster/block_compression.h).
+enum class TexelFormat : std::uint8_t { linear, srgb, bc1, bc3 };
+
 /// The fields of a 2D array texture. mips >= 1.
 struct TextureArrayShape {
   int width = 0;
   int height = 0;
   int mips = 1;
-  bool srgb = false;
+  TexelFormat format = TexelFormat::linear;
 
   std::uint64_t bytesALayer() const;
   friend bool operator==(const TextureArrayShape&, const TextureArrayShape&) = default;
 };
-/// 8 bits a channel, clamped to its edges, trilinear, and anisotropic where a GPU is. Empty when memory does not
-/// suffice.
+/// Clamped to its edges, trilinear, and anisotropic where a GPU is. Empty when memory does not suffice.
 Texture makeTextureArray(const TextureArrayShape& shape, int layers);
+
+/// Copies the first `layers`, with all mip levels, between arrays of this shape.
+void copyLayers(const Texture& from, const Texture& to, const TextureArrayShape& shape, int layers);
+
+/// The same with more bytes behind those that it has. Empty, and the old one as it was, when memory does not suffice.
+Buffer grownBuffer(const Buffer& old, std::uint64_t oldBytes, std::uint64_t bytes);
+
+/// Whether the GPU reads bc1 and bc3: every GPU of desktop computers does, but OpenGL does not ask for it.
+bool readsBlocks();
 
 /// Whether the CPU draws.
 bool isSoftwareRenderer();

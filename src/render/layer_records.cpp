@@ -72,16 +72,28 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
     if (hides(pictures[i], looks[pictures[i].picture->layer])) lowest = i;
   }
   TileColours out{.first = static_cast<std::uint32_t>(records.size())};
-  bool asItIs = true;  // what is seen is one picture, unchanged
+  bool asItIs = true;  // of colours one picture is seen, unchanged
+  std::size_t lampCount = 0;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const LayerLook& look = looks[pictures[i].picture->layer];
     if (!look.visible || !(look.opacity > 0.0) || (look.nightLights ? !lampsBurn : i < lowest)) continue;
     records.push_back(recordOf(pictures[i], look));
-    asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
-    out.one = pictures[i];
+    if (look.nightLights) {
+      ++lampCount;
+      out.lamps = pictures[i];
+      out.lampStrength = records.back().lamps;
+    } else {
+      asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
+      out.one = pictures[i];
+    }
   }
-  out.isLayered = !asItIs;
-  if (!out.isLayered) records.resize(out.first);
+  if (asItIs && lampCount == 0) {
+    records.resize(out.first);
+  } else if (asItIs && lampCount == 1 && out.lamps.place != nullptr) {
+    out.kind = TileColours::Kind::night;
+  } else {
+    out.kind = TileColours::Kind::layered;
+  }
   out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   return out;
 }

@@ -28,9 +28,16 @@ struct ResidentPicture {
 
 /// What draws a tile's colours.
 struct TileColours {
-  bool isLayered = false;   ///< the range of records; else one opaque picture as it is, or none
-  ResidentPicture one;      ///< of that
-  std::uint32_t first = 0;  ///< of that range
+  enum class Kind : std::uint8_t {
+    one,      ///< one opaque picture as it is, or none
+    night,    ///< that, and one of night lights; may be drawn as `layered` too
+    layered,  ///< what the range of records says
+  };
+  Kind kind = Kind::one;
+  ResidentPicture one;
+  ResidentPicture lamps;      ///< of `night`, not without room
+  float lampStrength = 0.0f;  ///< and of those
+  std::uint32_t first = 0;    ///< of the range, which has all pictures, but for `one` alone
   std::uint32_t count = 0;
 };
 

@@ -39,13 +39,15 @@ class LayerRecords : public testing::Test {
     std::vector<PictureRecord> records(5);  // of other tiles
     const TileColours colours = coloursOf(resident, looks, lampsBurn, records);
     EXPECT_EQ(records.size(), 5 + colours.count);
-    if (!colours.isLayered)
-      return colours.one.picture != nullptr ? "as it is " + std::to_string(colours.one.place->layer) : "nothing";
+    const std::string one =
+        colours.one.picture != nullptr ? "as it is " + std::to_string(colours.one.place->layer) : "nothing";
+    if (colours.kind == TileColours::Kind::one) return one;
     EXPECT_EQ(colours.first, 5u);
     std::string out;
     for (std::size_t i = 5; i < records.size(); ++i)
       out += std::to_string(static_cast<int>(records[i].place));
-    return out;
+    if (colours.kind == TileColours::Kind::layered) return out;
+    return out + ", or " + one + " and lamps " + std::to_string(colours.lamps.place->layer);
   }
 
   std::shared_ptr<const scene::TextureImage> opaque;
@@ -78,8 +80,13 @@ TEST_F(LayerRecords, BelowAPictureThatCoversAllNothingShows) {
 
 TEST_F(LayerRecords, LampsBurnWhateverLiesOverThemButNotByDay) {
   const LayerLook lamps{.nightLights = true};
-  EXPECT_EQ(shown({opaque, patchy}, {{}, lamps}, true), "01");
-  EXPECT_EQ(shown({patchy, opaque}, {lamps, {}}, true), "01");
+  EXPECT_EQ(shown({opaque, patchy}, {{}, lamps}, true), "01, or as it is 0 and lamps 1");
+  EXPECT_EQ(shown({patchy, opaque}, {lamps, {}}, true), "01, or as it is 1 and lamps 0");
+  EXPECT_EQ(shown({opaque, opaque, patchy}, {{}, {}, lamps}, true), "12, or as it is 1 and lamps 2");
+  EXPECT_EQ(shown({patchy}, {lamps}, true), "0, or nothing and lamps 0");
+  EXPECT_EQ(shown({opaque, patchy, patchy}, {{}, lamps, lamps}, true), "012");
+  EXPECT_EQ(shown({patchy, patchy}, {{}, lamps}, true), "01");
+  EXPECT_EQ(shown({opaque, patchy}, {{.saturation = 0.5}, lamps}, true), "01");
   EXPECT_EQ(shown({patchy, opaque}, {lamps, {}}, false), "as it is 1");
   EXPECT_EQ(shown({opaque, opaque}, {{}, lamps}, false), "as it is 0");
 }

@@ -7,9 +7,9 @@
 #include "raster/colour.h"
 #include "render/allocation_count_test.h"
 #include "render/synthetic_tiles_test.h"
-#include "scene/colour_layers.h"
 #include "scene/globe.h"
 #include "scene/procedural_source_test.h"
+#include "scene/texture_image.h"
 
 namespace tellurion::render {
 namespace {

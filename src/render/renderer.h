@@ -15,6 +15,9 @@ struct RendererOptions {
   /// relief. Textures stay within their share: a tile that finds no room is drawn in its mean colour. Meshes exceed
   /// theirs rather than leave a hole.
   std::uint64_t gpuBudgetBytes = 512u << 20u;
+  /// The pictures of the frames are compressed (scene::GlobeOptions::compressTextures): nothing else about them need be
+  /// said, but shaders are compiled for it before the first frame. Fails where not readsCompressedPictures().
+  bool compressedPictures = false;
   bool asOnAnyGpu = false;  ///< no shader made for software renderers, even on one: for tests
 };
 
@@ -35,12 +38,12 @@ struct RenderStatistics {
 /// at the end.
 ///
 /// A mesh is told apart by its serial, a texture likewise. All terrain goes out in one indirect multi-draw for each
-/// pair of texture blocks in use, which is 1 to 4 (docs/rendering.md). Ranges of a mesh that follow each other in its
-/// index array are one indirect command: interior, then fine edges in order, then coarse edges in order costs one
-/// command for a tile without coarser neighbours.
+/// combination of blocks of memory in use, which is 1 to 4 (docs/rendering.md). Ranges of a mesh that follow each other
+/// in its index array are one indirect command: interior, then fine edges in order, then coarse edges in order costs
+/// one command for a tile without coarser neighbours.
 class Renderer {
  public:
-  /// Compiles the shaders. A failure names what the driver lacks.
+  /// Compiles the shaders. A failure names what the driver lacks, compressed textures too where they are asked for.
   static io::Result<Renderer> create(const RendererOptions& options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -62,6 +65,10 @@ class Renderer {
   explicit Renderer(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };
+
+/// Whether compressed pictures can be drawn in the context that is current. All GPUs of desktop computers and Mesa's
+/// software renderers can; without, they are drawn in their mean colours.
+bool readsCompressedPictures();
 
 /// Waits until the GPU has done all that was asked of it: for timings.
 void finish();

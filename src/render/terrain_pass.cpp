@@ -39,15 +39,19 @@ TwoFloats inTwoFloats(const geo::Vec3& v) {
   return out;
 }
 
+bool isLayered(const TileColours& colours) {
+  return colours.kind == TileColours::Kind::layered;
+}
+
 /// And how much of the picture is added to it.
 geo::Vec4f plainColour(const TileColours& colours, const geo::Vec3f& ground) {
-  if (colours.isLayered || colours.one.picture == nullptr) return geo::Vec4f(ground, 0.0f);
+  if (isLayered(colours) || colours.one.picture == nullptr) return geo::Vec4f(ground, 0.0f);
   if (colours.one.place != nullptr) return geo::Vec4f(0.0f, 0.0f, 0.0f, 1.0f);
   return geo::Vec4f(geo::Vec3f(meanLight(*colours.one.picture->image)), 0.0f);
 }
 
 geo::Vec4f colourWindow(const TileColours& colours) {
-  const bool hasOne = !colours.isLayered && colours.one.picture != nullptr;
+  const bool hasOne = !isLayered(colours) && colours.one.picture != nullptr;
   return hasOne ? packed(colours.one.picture->window) : packed(scene::TextureWindow{});
 }
 
@@ -92,17 +96,30 @@ geo::Vec3f bareGround(const scene::Frame& frame) {
 TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::Vec3f& ground) {
   const geo::Vec3 origin_rte = tile.tile->mesh->origin.m - eye.eye_body;
   const auto [coarse, fine] = inTwoFloats(origin_rte);
-  return {.originCoarse_rte = coarse,
-          .originFine_rte = fine,
-          .colourWindow = colourWindow(tile.colours),
-          .reliefWindow = packed(tile.tile->reliefWindow),
-          .plain = plainColour(tile.colours, ground),
-          .morph = {tile.tile->morph[0], tile.tile->morph[1], tile.tile->morph[2], tile.tile->morph[3]},
-          .parentStep_m = tile.tile->mesh->parentStep_m,
-          .colourLayer =
-              tile.colours.isLayered ? static_cast<std::int32_t>(tile.colours.first) : layerOf(tile.colours.one.place),
-          .reliefLayer = layerOf(tile.relief),
-          .pictureCount = static_cast<std::int32_t>(tile.colours.count)};
+  const TileColours& colours = tile.colours;
+  TileRecord record{.originCoarse_rte = coarse,
+                    .originFine_rte = fine,
+                    .colourWindow = colourWindow(colours),
+                    .reliefWindow = packed(tile.tile->reliefWindow),
+                    .plain = plainColour(colours, ground),
+                    .morph = {tile.tile->morph[0], tile.tile->morph[1], tile.tile->morph[2], tile.tile->morph[3]},
+                    .parentStep_m = tile.tile->mesh->parentStep_m,
+                    .colourLayer = layerOf(colours.one.place),
+                    .reliefLayer = layerOf(tile.relief)};
+  switch (colours.kind) {
+    case TileColours::Kind::one:
+      break;
+    case TileColours::Kind::night:
+      record.pictureCount = layerOf(colours.lamps.place);
+      record.lampStrength = colours.lampStrength;
+      record.lampsWindow = packed(colours.lamps.picture->window);
+      break;
+    case TileColours::Kind::layered:
+      record.colourLayer = static_cast<std::int32_t>(colours.first);
+      record.pictureCount = static_cast<std::int32_t>(colours.count);
+      break;
+  }
+  return record;
 }
 
 }  // namespace tellurion::render

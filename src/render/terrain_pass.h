@@ -11,7 +11,7 @@
 
 namespace tellurion::render {
 
-/// What a tile's vertices read, one record an instance: the attributes 3 to 8, 13 and 14 of terrain.vert.glsl.
+/// What a tile's vertices read, one record an instance: the attributes 3 to 8 and 13 to 15 of terrain.vert.glsl.
 struct TileRecord {
   geo::Vec3f originCoarse_rte;
   geo::Vec3f originFine_rte;
@@ -22,9 +22,11 @@ struct TileRecord {
   float parentStep_m = 0.0f;
   std::int32_t colourLayer = -1;  ///< of a tile with several pictures: the first of their records
   std::int32_t reliefLayer = -1;
-  std::int32_t pictureCount = 0;  ///< records of pictures
+  std::int32_t pictureCount = 0;  ///< records of pictures; of a tile with one and night lights: the layer of those
+  float lampStrength = 0.0f;      ///< of such a tile
+  geo::Vec4f lampsWindow;         ///< likewise
 };
-static_assert(sizeof(TileRecord) == 104);
+static_assert(sizeof(TileRecord) == 124);
 
 /// As glMultiDrawElementsIndirect reads it.
 struct DrawCommand {

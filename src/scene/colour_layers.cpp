@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "raster/colour.h"
-#include "raster/reduce.h"
-#include "scene/terrain_mesh.h"
+#include "scene/texture_image.h"
 
 namespace tellurion::scene {
 namespace {
@@ -108,7 +107,8 @@ Rgba8 lampOf(Rgba8 p) {
   return {0, 0, 0, static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0))};
 }
 
-LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& id, const LayerPicture* parent) {
+LayerPicture pictureOf(const ColourLayers::Layer& layer, bool compress, const tiling::TileId& id,
+                       const LayerPicture* parent) {
   LayerPicture out;
   if (parent != nullptr) out = {.image = parent->image, .level = parent->level};
   const bool mayBeOwn =
@@ -126,41 +126,18 @@ LayerPicture pictureOf(const ColourLayers::Layer& layer, const tiling::TileId& i
   Picture picture = composed(std::move(parts), id);
   if (layer.nightLights) std::ranges::transform(picture.samples, picture.samples.begin(), lampOf);
   const bool isEmpty = std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 0; });
-  out.image = isEmpty ? nullptr : textureFrom(std::move(picture));
+  out.image = isEmpty ? nullptr : textureFrom(std::move(picture), compress);
   out.level = id.level;
   return out;
 }
 
-/// Colours are multiplied with coverage in linear light, so that what the GPU makes between a covered and an uncovered
-/// texel has the colour of the covered one.
-void premultiply(Picture& picture) {
-  for (Rgba8& p : picture.samples) {
-    if (p.a == 255) continue;
-    const auto times = [&](std::uint8_t v) {
-      return raster::srgbFromLinear(static_cast<std::uint16_t>((raster::linearFromSrgb(v) * p.a + 127u) / 255u));
-    };
-    p = {times(p.r), times(p.g), times(p.b), p.a};
-  }
-}
-
 }  // namespace
-
-std::shared_ptr<const TextureImage> textureFrom(Picture finest) {
-  auto image = std::make_shared<TextureImage>();
-  image->serial = nextSerial();
-  image->isOpaque = isCovered(finest);
-  image->mips.push_back(std::move(finest));
-  while (image->mips.back().width > 1 || image->mips.back().height > 1)
-    image->mips.push_back(raster::halved(image->mips.back()));
-  if (!image->isOpaque) std::ranges::for_each(image->mips, premultiply);
-  return image;
-}
 
 std::vector<LayerPicture> ColourLayers::pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const {
   std::vector<LayerPicture> out;
   out.reserve(layers_.size());
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    out.push_back(pictureOf(layers_[i], id, i < parent.size() ? &parent[i] : nullptr));
+    out.push_back(pictureOf(layers_[i], compress_, id, i < parent.size() ? &parent[i] : nullptr));
   return out;
 }
 

@@ -28,7 +28,9 @@ class ColourLayers {
     int pixels = raster::kImageryPixels;  ///< a side of a tile, without gutter, of all its data sets
     bool nightLights = false;             ///< pictures are black, their coverage the strength of the lights
   };
-  explicit ColourLayers(std::vector<Layer> layers) : layers_(std::move(layers)) {}
+  /// compress: pictures are compressed in blocks (TextureImage::blocks).
+  explicit ColourLayers(std::vector<Layer> layers, bool compress = false)
+      : layers_(std::move(layers)), compress_(compress) {}
 
   /// Where a layer has no tile of its own, it is the picture of the parent, whose pictures are given (none: a root).
   std::vector<LayerPicture> pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const;
@@ -39,9 +41,7 @@ class ColourLayers {
 
  private:
   std::vector<Layer> layers_;
+  bool compress_ = false;
 };
-
-/// A texture with all its mip levels from its finest: sRGB and coverage, not premultiplied.
-std::shared_ptr<const TextureImage> textureFrom(raster::Raster<raster::Rgba8> finest);
 
 }  // namespace tellurion::scene

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "geo/seed_test.h"
+#include "scene/texture_image.h"
 
 namespace tellurion::scene {
 namespace {
@@ -303,6 +304,28 @@ TEST(ColourLayers, NightLightsAreTheirLuminance) {
     }
   }
   EXPECT_EQ(Stack({{.tiles = {{kRoot, plain({0, 0, 0, 255})}}}}, true).picture(kRoot).image, nullptr);
+}
+
+TEST(ColourLayers, CompressedPicturesSayTheSame) {
+  const Stack stack({{.tiles = {{kRoot, plain({40, 50, 60, 255})}, {kRoot.child(0), plain({40, 50, 60, 128})}}}});
+  for (const tiling::TileId& id : {kRoot, kRoot.child(0)}) {
+    const auto picture = ColourLayers({stack.layer}, true).pictures(id, {}).at(0);
+    const auto plainOne = ColourLayers({stack.layer}).pictures(id, {}).at(0);
+    ASSERT_TRUE(picture.image && plainOne.image);
+    EXPECT_TRUE(picture.image->mips.empty());
+    EXPECT_EQ(picture.image->isOpaque, plainOne.image->isOpaque);
+    ASSERT_EQ(picture.image->blocks.size(), plainOne.image->mips.size());
+    for (std::size_t level = 0; level < plainOne.image->mips.size(); ++level) {
+      EXPECT_EQ(picture.image->blocks[level].width, plainOne.image->mips[level].width);
+      EXPECT_EQ(picture.image->blocks[level].height, plainOne.image->mips[level].height);
+    }
+    const Rgba8 mean = meanOf(*picture.image);
+    const Rgba8 wanted = meanOf(*plainOne.image);
+    EXPECT_NEAR(mean.r, wanted.r, 4);
+    EXPECT_NEAR(mean.g, wanted.g, 2);
+    EXPECT_NEAR(mean.b, wanted.b, 4);
+    EXPECT_EQ(mean.a, wanted.a);
+  }
 }
 
 // ---- Textures

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "raster/block_compression.h"
 #include "raster/raster.h"
 #include "scene/camera.h"
 #include "scene/debug_view.h"
@@ -60,7 +61,9 @@ struct TerrainMesh {
 struct TextureImage {
   std::uint64_t serial = 0;
   bool isOpaque = false;  ///< covered all over
+  // Of these two one is empty.
   std::vector<raster::Raster<raster::Rgba8>> mips;
+  std::vector<raster::BlockPicture> blocks;  ///< compressed levels, of one format
 };
 
 /// Where a tile finds itself in a texture: texture coordinate = offset + scale * (s, t).

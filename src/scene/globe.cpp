@@ -78,7 +78,8 @@ struct Globe::State {
 };
 
 std::unique_ptr<Generation> Globe::State::generation() {
-  return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh), executor, fetches, bell);
+  return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh, globeOptions.compressTextures), executor,
+                                      fetches, bell);
 }
 
 void Globe::State::receive() {

@@ -23,6 +23,10 @@ namespace tellurion::scene {
 struct GlobeOptions {
   int workers = 0;           ///< 0: one for each core but one, at least one
   bool regularMesh = false;  ///< every sample of a tile is a vertex: the mode that meshes are compared with
+  /// Pictures are compressed on the workers, with a small loss: an eighth of the memory on the GPU and here for those
+  /// that are covered all over, a quarter for others. Give RendererOptions::compressedPictures too, and only where
+  /// render::readsCompressedPictures().
+  bool compressTextures = false;
   std::uint64_t cpuCacheBytes = std::uint64_t{256}
                                 << 20;  ///< decoded tiles, meshes and textures; what is drawn is never dropped
   /// How layers of servers are fetched (Globe::open); no cache file: online.db in the cache folder.

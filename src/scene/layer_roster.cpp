@@ -217,7 +217,7 @@ bool LayerRoster::isDue(Clock::time_point now) const {
          std::any_of(imagery_.begin(), imagery_.end(), isDueNow);
 }
 
-ContentMaker LayerRoster::maker(bool regularMesh) {
+ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
   std::vector<GroundLayers::Layer> ground;
   std::vector<ColourLayers::Layer> colours;
   for (const ImageryLayout& layout : layout_) {
@@ -236,7 +236,7 @@ ContentMaker LayerRoster::maker(bool regularMesh) {
   return {.tiling = tiling_,
           .ellipsoid = body_.ellipsoid,
           .ground = GroundLayers(tiling_, std::move(ground), cells_),
-          .colours = ColourLayers(std::move(colours)),
+          .colours = ColourLayers(std::move(colours), compressTextures),
           .regularMesh = regularMesh};
 }
 

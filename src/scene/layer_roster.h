@@ -36,7 +36,7 @@ class LayerRoster {
   /// A source that failed is to be opened again: advance() has something to do.
   bool isDue(Clock::time_point now) const;
   /// What makes contents of all layers that may take part now; the others are left out.
-  ContentMaker maker(bool regularMesh);
+  ContentMaker maker(bool regularMesh, bool compressTextures);
   /// Of all elevation that maker() told: samples of parents are samples of their children.
   bool groundIsNested() const;
   /// Roots of what maker() told have been made, so their data may go.

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/texture_image.h"
+
 namespace tellurion::scene {
 namespace {
 
 std::uint64_t bytesOf(const TextureImage& image) {
-  std::uint64_t bytes = sizeof(TextureImage);
-  for (const auto& mip : image.mips)
-    bytes += mip.samples.size() * sizeof(raster::Rgba8);
-  return bytes;
+  return sizeof(TextureImage) + pixelBytes(image);
 }
 
 std::uint64_t bytesOf(const TerrainMesh& mesh) {

@@ -2,7 +2,7 @@
 // (debug_pass.cpp): the window is the whole tile, `plain` the fill, and the layers hold the border.
 in vec4 textureCoordinates;  // s, t
 flat in vec4 plainColour;    // linear light and strength
-flat in ivec3 textureLayers;  // x: the border's linear light and strength, 8 bits each; strength 0: none
+flat in ivec4 textureLayers;  // x: the border's linear light and strength, 8 bits each; strength 0: none
 
 layout(location = 0) out vec4 colour;
 

@@ -3,7 +3,7 @@ layout(binding = 1) uniform sampler2DArray reliefs;
 
 in vec4 textureCoordinates;
 in vec3 upInterpolated_body;
-flat in ivec3 textureLayers;
+flat in ivec4 textureLayers;
 
 layout(location = 0) out vec4 colour;
 

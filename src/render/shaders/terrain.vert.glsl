@@ -10,7 +10,7 @@ layout(location = 4) in vec3 originFine_rte;
 layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
-layout(location = 8) in ivec3 layers;  // colour or first picture, relief, pictures
+layout(location = 8) in ivec4 layers;  // colour or first picture, relief, pictures or night lights, bits of their strength
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
 layout(location = 10) in float placeT;
@@ -19,11 +19,15 @@ layout(location = 12) in float height_m;
 // A value a tile:
 layout(location = 13) in vec4 morph;  // at (s, t) = (0, 0), (1, 0), (0, 1), (1, 1): 0 the parent's surface, 1 its own
 layout(location = 14) in float parentStep_m;
+#ifdef NIGHT
+layout(location = 15) in vec4 lampsWindow;
+out vec2 lampsPlace;
+#endif
 
 out vec4 textureCoordinates;  // colour, relief
 out vec3 upInterpolated_body;
 flat out vec4 plainColour;
-flat out ivec3 textureLayers;
+flat out ivec4 textureLayers;
 
 // Neighbours may be drawn by programs that differ in what they do with the rest.
 invariant gl_Position;
@@ -67,4 +71,7 @@ void main() {
   upInterpolated_body = up_body;
   plainColour = plain;
   textureLayers = layers;
+#ifdef NIGHT
+  lampsPlace = lampsWindow.xy + lampsWindow.zw * place;
+#endif
 }

@@ -1,0 +1,209 @@
+#include "render/ground_pass.h"
+
+#include <epoxy/gl.h>
+
+#include <array>
+#include <cmath>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "render/render_target.h"
+#include "render/shader.h"
+#include "render/shader_texts.h"
+
+namespace tellurion::render {
+namespace {
+
+namespace shading {
+#include "render/shaders/constants.glsl"
+}  // namespace shading
+
+// Texture units, as the shaders of the terrain have them.
+constexpr GLuint kColourUnit = 0;
+constexpr GLuint kReliefUnit = 1;
+constexpr GLuint kPictureUnit = 2;
+constexpr GLuint kFirstBlockUnit = 3;
+constexpr GLuint kLampsUnit = kFirstBlockUnit + shading::kMostBlocks;
+
+/// std140, as frame_block.glsl declares it.
+struct FrameBlock {
+  geo::Mat4f viewFromBody;
+  geo::Vec4f projection;
+  geo::Vec4f eyeRemainder;
+  geo::Vec4f toSun_body;
+  geo::Vec4f switches;
+};
+static_assert(sizeof(FrameBlock) == 128);
+
+FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
+  const scene::View& view = frame.view;
+  const double yScale = 1.0 / std::tan(view.verticalFov.radians() / 2.0);
+  const double xScale = yScale * view.viewport.height / view.viewport.width;
+  const geo::Vec3 toSun = frame.light.toSun_body;
+  return {.viewFromBody = geo::Mat4f(geo::Mat3f(view.viewFromBody)),
+          .projection = {static_cast<float>(xScale), static_cast<float>(yScale), kNearPlane_m, 0.0f},
+          .eyeRemainder = geo::Vec4f(eye.remainder, static_cast<float>(frame.vertexGrid_m)),
+          .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
+          .switches = {frame.light.enabled ? 1.0f : 0.0f, static_cast<float>(frame.exaggeration - 1.0), 0.0f, 0.0f}};
+}
+
+Buffer emptyBuffer() {
+  GLuint name = 0;
+  glCreateBuffers(1, &name);
+  return Buffer(name);
+}
+
+Texture emptyBufferTexture() {
+  GLuint name = 0;
+  glCreateTextures(GL_TEXTURE_BUFFER, 1, &name);
+  return Texture(name);
+}
+
+/// Replaces a buffer's content; the driver keeps the old one for draws that are still under way.
+template <class T>
+void stream(const Buffer& buffer, std::span<const T> values) {
+  glNamedBufferData(buffer.name(), static_cast<GLsizeiptr>(values.size_bytes()), values.data(), GL_STREAM_DRAW);
+}
+
+void describeRecords(GLuint vao, GLuint buffer) {
+  struct Field {
+    GLuint attribute;
+    GLint components;
+    std::size_t offset;
+  };
+  constexpr std::array kFields{Field{3, 3, offsetof(TileRecord, originCoarse_rte)},
+                               Field{4, 3, offsetof(TileRecord, originFine_rte)},
+                               Field{5, 4, offsetof(TileRecord, colourWindow)},
+                               Field{6, 4, offsetof(TileRecord, reliefWindow)},
+                               Field{7, 4, offsetof(TileRecord, plain)},
+                               Field{13, 4, offsetof(TileRecord, morph)},
+                               Field{14, 1, offsetof(TileRecord, parentStep_m)},
+                               Field{15, 4, offsetof(TileRecord, lampsWindow)}};
+  constexpr GLuint kLayers = 8;
+  for (const Field& field : kFields) {
+    glEnableVertexArrayAttrib(vao, field.attribute);
+    glVertexArrayAttribFormat(vao, field.attribute, field.components, GL_FLOAT, GL_FALSE,
+                              static_cast<GLuint>(field.offset));
+    glVertexArrayAttribBinding(vao, field.attribute, kRecordBinding);
+  }
+  glEnableVertexArrayAttrib(vao, kLayers);
+  glVertexArrayAttribIFormat(vao, kLayers, 4, GL_INT, offsetof(TileRecord, colourLayer));
+  glVertexArrayAttribBinding(vao, kLayers, kRecordBinding);
+  glVertexArrayBindingDivisor(vao, kRecordBinding, 1);
+  glVertexArrayVertexBuffer(vao, kRecordBinding, buffer, 0, sizeof(TileRecord));
+}
+
+}  // namespace
+
+io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu) {
+  const std::string_view blocks = isSoftwareRenderer() && !asOnAnyGpu ? shaders::blocks_software : shaders::blocks;
+  const std::string layers = std::string(blocks) + std::string(shaders::layers);
+  io::Result<void> fine;
+  const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
+    auto program = compileProgram(
+        {define, shaders::frame_block, shaders::terrain_vert},
+        {define, shaders::constants, shaders::frame_block, shaders::lighting, shaders::ground, sampling, main});
+    if (!program) fine = tl::unexpected(program.error());
+    return program ? std::move(*program) : Program();
+  };
+  Programs programs{.one = compiled("", "", shaders::terrain_frag),
+                    .night = compiled("#define NIGHT\n", "", shaders::terrain_frag),
+                    .layered = compiled("", layers, shaders::terrain_layers_frag),
+                    .adjusted = compiled("#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
+  if (!fine) return tl::unexpected(fine.error());
+  return programs;
+}
+
+GroundPass::GroundPass(Programs programs)
+    : programs_(std::move(programs)),
+      frameBlock_(emptyBuffer()),
+      recordBuffer_(emptyBuffer()),
+      commandBuffer_(emptyBuffer()),
+      pictureBuffer_(emptyBuffer()),
+      pictureTexture_(emptyBufferTexture()) {}
+
+io::Result<GroundPass> GroundPass::create(const GeometryArena& geometry, bool asOnAnyGpu) {
+  auto programs = compilePrograms(asOnAnyGpu);
+  if (!programs) return tl::unexpected(programs.error());
+  GroundPass pass(std::move(*programs));
+  describeRecords(geometry.vertexArray(), pass.recordBuffer());
+  return pass;
+}
+
+void GroundPass::setFrame(const scene::Frame& frame, const SnappedEye& eye) {
+  const FrameBlock block = blockOf(frame, eye);
+  stream(frameBlock_, std::span(&block, 1));
+}
+
+int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents) {
+  stream(recordBuffer_, plan.records());
+  stream(commandBuffer_, plan.commands());
+  stream(pictureBuffer_, plan.pictureRecords());
+  bindPictures(residents);
+  glBindVertexArray(residents.geometry().vertexArray());
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock_.name());
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
+  for (GLuint unit = 0; unit <= kLampsUnit; ++unit)
+    glBindSampler(unit, 0);
+  for (const DrawGroup& group : plan.groups())
+    drawGroup(group, plan.adjusts(), residents);
+  glBindVertexArray(0);
+  return static_cast<int>(plan.groups().size());
+}
+
+/// For tiles of several pictures, whatever blocks those lie in.
+void GroundPass::bindPictures(const GpuResidents& residents) const {
+  glTextureBuffer(pictureTexture_.name(), GL_RGBA32F, pictureBuffer_.name());
+  glBindTextureUnit(kPictureUnit, pictureTexture_.name());
+  for (GLuint i = 0; i < shading::kMostBlocks; ++i)
+    glBindTextureUnit(kFirstBlockUnit + i, residents.colours().texture(i));
+}
+
+void GroundPass::drawGroup(const DrawGroup& group, bool adjusts, const GpuResidents& residents) const {
+  switch (group.kind) {
+    case TileColours::Kind::one:
+      glUseProgram(programs_.one.name());
+      break;
+    case TileColours::Kind::night:
+      glUseProgram(programs_.night.name());
+      glBindTextureUnit(kLampsUnit, residents.colours().texture(group.lampsBlock));
+      break;
+    case TileColours::Kind::layered:
+      glUseProgram(adjusts ? programs_.adjusted.name() : programs_.layered.name());
+      break;
+  }
+  residents.geometry().bind(group.run.chunk);
+  glBindTextureUnit(kColourUnit, residents.colours().texture(group.colourBlock));
+  glBindTextureUnit(kReliefUnit, residents.reliefs().texture(group.reliefBlock));
+  glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, group.run.offset(),
+                              static_cast<GLsizei>(group.run.count), 0);
+}
+
+void GroundPass::warmUp(const MeshPlace& mesh, const GpuResidents& residents) {
+  const FrameBlock block{};
+  const TileRecord record{.pictureCount = 1};
+  const PictureRecord picture{};
+  const DrawCommand command{
+      .count = 3, .firstIndex = mesh.firstIndex, .baseVertex = static_cast<std::int32_t>(mesh.firstVertex)};
+  stream(frameBlock_, std::span(&block, 1));
+  stream(recordBuffer_, std::span(&record, 1));
+  stream(commandBuffer_, std::span(&command, 1));
+  stream(pictureBuffer_, std::span(&picture, 1));
+  bindPictures(residents);
+  glBindVertexArray(residents.geometry().vertexArray());
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock_.name());
+  glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
+  using Kind = TileColours::Kind;
+  for (const Kind kind : {Kind::one, Kind::night, Kind::layered}) {
+    const DrawGroup group{.kind = kind,
+                          .lampsBlock = residents.colours().blockOfCoverage(),
+                          .run = {.chunk = mesh.chunk, .first = 0, .count = 1}};
+    drawGroup(group, false, residents);
+    if (kind == Kind::layered) drawGroup(group, true, residents);
+  }
+  glBindVertexArray(0);
+}
+
+}  // namespace tellurion::render
