@@ -26,14 +26,15 @@ struct PictureArguments {
   std::string mesh = "bisected";  ///< or "regular"
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
+  std::string time;  ///< ISO 8601; empty: what the scene says
   bool noMorph = false;
   int maxTiles = scene::CutOptions{}.maxTiles;
   std::int64_t maxTriangles = 0;  ///< 0: any number
   int maxMebibytes = 0;           ///< likewise
   double gpuMemory_MiB = 512.0;
-  bool offline = false;      ///< servers are not asked: only what is kept of them on this machine
+  bool offline = false;        ///< servers are not asked: only what is kept of them on this machine
   int onlineCache_MiB = 2048;  ///< on disk, of what servers gave; 0: nothing is kept
-  double uploads_MiB = 8.0;  ///< copied to the GPU for one frame at most; 0: no limit
+  double uploads_MiB = 8.0;    ///< copied to the GPU for one frame at most; 0: no limit
 
   scene::CutOptions cut() const;           ///< at quality 1
   scene::CutOptions cutAtQuality() const;  ///< at the quality that was asked for
@@ -48,8 +49,9 @@ enum class Pace {
   realTime,      ///< `--quality auto` and --frame-ms have a meaning
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
-/// --no-morph, the budgets, --offline, --cache-mib and --gpu-memory, in real time --frame-ms too, checked as they are read: what is wrong is wrong use.
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration, --time,
+/// --no-morph, the budgets, --offline, --cache-mib and --gpu-memory, in real time --frame-ms too, checked as they are
+/// read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
 
 /// --uploads, for what draws in real time; pictures that wait for their data copy what they need.
@@ -66,9 +68,13 @@ std::string cameraProblem(const std::string& text);
 io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
                                                     const std::stop_token& stop);
 
+/// The scene's clock, set as the arguments say.
+scene::SceneClock clockOf(const scene::Scene& scene, const PictureArguments& arguments);
+
 /// A globe and all that draws it without a window. What lives in the context stands after it and so ends before it.
 struct Studio {
   std::unique_ptr<scene::Globe> globe;
+  scene::SceneClock clock;  ///< as it starts
   render::HeadlessContext context;
   render::Renderer renderer;
   render::RenderTarget target;
@@ -76,12 +82,16 @@ struct Studio {
 
 io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop);
 
+/// To what it shows after so many seconds of a path.
+void setClock(Studio& studio, double seconds);
+
 /// Updates the globe until nothing finer is wanted for the view, the time is over, nothing is on its way any more, or a
 /// stop is asked for. The frame says whether it is complete.
 const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,
                                  std::chrono::duration<double> timeout, const std::stop_token& stop = {});
 
-/// Says on stderr that pictures of the ground had no room on the GPU, if so; of one frame of several, `where` says which
+/// Says on stderr that pictures of the ground had no room on the GPU, if so; of one frame of several, `where` says
+/// which
 /// ("in 3 of 20 frames, ").
 void warnOfMemory(const char* command, const PictureArguments& arguments, const render::RenderStatistics& drawn,
                   const std::string& where = {});

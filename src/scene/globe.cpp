@@ -7,6 +7,7 @@
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
+#include "scene/picture_renewal.h"
 
 namespace tellurion::scene {
 namespace {
@@ -43,6 +44,8 @@ struct Globe::State {
   State& operator=(const State&) = delete;
 
   std::unique_ptr<Generation> generation();
+  void show(std::unique_ptr<Generation> one);
+  void renewPictures(const Selection& selection, const Residency* gpu);
   void receive();
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
   void evict();
@@ -66,6 +69,9 @@ struct Globe::State {
   std::unique_ptr<Generation> shown;                 ///< what is drawn; never null
   std::unique_ptr<Generation> next;                  ///< with layers that have joined, until it is good enough; or null
   std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
+  std::unique_ptr<PictureRenewal> renewal;           ///< of shown
+  std::optional<double> time_s;                      ///< of the clock
+  std::uint64_t spareCopies_bytes = 0;               ///< what this update's pictures leave of CutOptions::copies_bytes
   Clock::time_point pendingSince;                    ///< of next
   const Selection* nextCut = nullptr;                ///< of this update; null without next
   std::vector<std::string> imageryNames;
@@ -75,6 +81,17 @@ struct Globe::State {
 
 std::unique_ptr<Generation> Globe::State::generation() {
   return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh), executor, fetches, bell);
+}
+
+void Globe::State::show(std::unique_ptr<Generation> one) {
+  if (shown) retired.push_back(std::move(shown));
+  shown = std::move(one);
+  renewal = std::make_unique<PictureRenewal>(shown->forest.maker().colours, executor, fetches, bell);
+}
+
+void Globe::State::renewPictures(const Selection& selection, const Residency* gpu) {
+  spareCopies_bytes = selection.spareCopies_bytes;
+  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming());
 }
 
 void Globe::State::receive() {
@@ -100,7 +117,7 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& cutOption
   if (nextCut != nullptr && next->rootsAreDrawable()) {
     const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
     if (isAsGood || now - pendingSince >= kLongestPending) {
-      retired.push_back(std::exchange(shown, std::move(next)));
+      show(std::move(next));
       selection = std::exchange(nextCut, nullptr);
       roster->rootsAreMade();
     }
@@ -157,8 +174,8 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.light = lightFor(view);
   fillStatistics(selection);
   const FrameStatistics& s = frame.statistics;
-  frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
-                   !selection.cappedByBudget && !selection.morphing;
+  frame.complete = s.layersComing == 0 && !next && roster->stepsComing() == 0 && renewal->outOfDate() == 0 &&
+                   s.tilesWanted == 0 && selection.heldBack == 0 && !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
   frame.tiles.clear();
   frame.pictures.clear();
@@ -172,7 +189,7 @@ void Globe::State::fillSoon(const Selection& selection) {
   frame.soon.clear();
   for (const SelectedTile& tile : selection.soon)
     frame.soon.push_back(drawn(tile, shown->forest.maker()));
-  frame.soonCopies_bytes = selection.spareCopies_bytes;
+  frame.soonCopies_bytes = spareCopies_bytes;
   if (!next) return;
   for (const SelectedTile& tile : nextCut->drawn)
     frame.soon.push_back(drawn(tile, next->forest.maker()));
@@ -184,7 +201,7 @@ void Globe::State::fillStatistics(const Selection& selection) {
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
   s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size());
-  s.tilesHeldBack = selection.heldBack;
+  s.tilesHeldBack = selection.heldBack + renewal->heldBack();
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
@@ -226,7 +243,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   state->resources = layers.resources;
   for (const GlobeLayers::Imagery& layer : layers.imagery) {
     state->frame.looks.push_back(layer.look);
-    const std::string& source = layer.source.open ? layer.source.open->info().name : layer.source.name;
+    const LayerSource& named = layer.steps.empty() ? layer.source : layer.steps.front().source;
+    const std::string& source = named.open ? named.open->info().name : named.name;
     state->imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
   }
   const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
@@ -234,7 +252,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
   state->roster->advance(Clock::now());
-  state->shown = state->generation();
+  state->time_s = scene.clock.start_s;
+  state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
 
@@ -258,6 +277,14 @@ double& Globe::exaggeration() {
 }
 DebugViews& Globe::debugViews() {
   return state_->frame.debug.views;
+}
+void Globe::setClock(double time_s) {
+  State& s = *state_;
+  s.roster->setClock(time_s, !s.time_s || time_s >= *s.time_s);
+  s.time_s = time_s;
+}
+std::optional<double> Globe::clock() const {
+  return state_->time_s;
 }
 void Globe::freezeCut(const std::optional<View>& at) {
   DebugOverlay& debug = state_->frame.debug;
@@ -286,6 +313,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const Selection& selection = s.cut(cutView, options, gpu);
+  s.renewPictures(selection, gpu);
   s.fillFrame(view, selection);
   s.fillDebug(options);
   s.evict();
@@ -298,7 +326,8 @@ bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
   const auto now = Clock::now();
   const bool isOverdue = s.next && s.next->rootsAreDrawable() && now - s.pendingSince >= kLongestPending;
   if (isOverdue || s.roster->isDue(now)) return true;
-  const bool isComing = !s.shown->loading.isIdle() || (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
+  const bool isComing = s.roster->stepsComing() > 0 || s.renewal->outOfDate() > 0 || !s.shown->loading.isIdle() ||
+                        (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
   return isComing && s.bell.wait(timeout);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <utility>
 
 namespace tellurion::scene {
@@ -86,17 +87,19 @@ LayerRoster::~LayerRoster() = default;
 io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene, GlobeLayers layers,
                                                              std::uint64_t budgetBytes, TileFetches& fetches,
                                                              Doorbell& bell) {
+  const double time_s = scene.clock.start_s.value_or(std::numeric_limits<double>::infinity());
   std::unique_ptr<LayerRoster> roster(new LayerRoster(scene, fetches, bell));
   std::size_t count = layers.elevation.size() + layers.imagery.size();
   for (const GlobeLayers::Imagery& layer : layers.imagery)
-    count += layer.alsoFrom.size();
+    count += layer.alsoFrom.size() + (layer.steps.empty() ? 0 : 2);  // one that is shown, one that goes, one to come
   roster->layerBudgetBytes_ = budgetBytes / std::max<std::size_t>(count, 1);
 
   bool isFirst = true;
   for (const LayerSource& source : layers.elevation)
     roster->cells_ = firstCells(source, roster->cells_, isFirst);
-  for (const GlobeLayers::Imagery& layer : layers.imagery) {
+  for (GlobeLayers::Imagery& layer : layers.imagery) {
     ImageryLayout& layout = roster->layout_.emplace_back();
+    if (!layer.steps.empty()) layout.series = roster->seriesOf(layer, time_s);
     layout.nightLights = layer.look.nightLights;
     isFirst = true;
     layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
@@ -129,8 +132,23 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
       if (auto wrong = take(raster::Kind::imagery, set, i)) return tl::unexpected(std::move(*wrong));
     }
   }
+  for (const ImageryLayout& layout : roster->layout_)
+    late += layout.series ? 1u : 0u;
   if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
   return roster;
+}
+
+/// The layer's source becomes that of the step to begin with.
+std::shared_ptr<LayerSeries> LayerRoster::seriesOf(GlobeLayers::Imagery& layer, double time_s) {
+  const std::size_t first = stepAt(layer.steps, time_s);
+  layer.source = layer.steps[first].source;
+  const std::size_t index = layout_.size() - 1;
+  const auto make = [this, index](LayerSource::Pointer source) -> io::Result<std::shared_ptr<LayerTiles>> {
+    if (auto wrong = misfit(source->info(), tiling_, body_, raster::Kind::imagery, layout_[index].pixels))
+      return tl::unexpected(std::move(*wrong));
+    return std::make_shared<LayerTiles>(std::move(source), layerBudgetBytes_, ledger_);
+  };
+  return std::make_shared<LayerSeries>(std::move(layer.steps), first, make, bell_);
 }
 
 int LayerRoster::cellsOf(const Entry& entry) const {
@@ -206,6 +224,9 @@ bool LayerRoster::advance(Clock::time_point now) {
       changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
     }
   }
+  for (const ImageryLayout& layout : layout_) {
+    if (layout.series) layout.series->advance(now, *opener_, *ledger_);
+  }
   return changed;
 }
 
@@ -214,7 +235,41 @@ bool LayerRoster::isDue(Clock::time_point now) const {
     return entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt;
   };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
-         std::any_of(imagery_.begin(), imagery_.end(), isDueNow);
+         std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
+         std::any_of(layout_.begin(), layout_.end(),
+                     [&](const ImageryLayout& layout) { return layout.series && layout.series->isDue(now); });
+}
+
+void LayerRoster::setClock(double time_s, bool forwards) {
+  for (const ImageryLayout& layout : layout_) {
+    if (layout.series) layout.series->setClock(time_s, forwards);
+  }
+}
+
+std::vector<std::shared_ptr<LayerTiles>> LayerRoster::upcoming() const {
+  std::vector<std::shared_ptr<LayerTiles>> out;
+  for (const ImageryLayout& layout : layout_) {
+    auto tiles = layout.series ? layout.series->upcoming() : nullptr;
+    if (tiles) out.push_back(std::move(tiles));
+  }
+  return out;
+}
+
+int LayerRoster::stepsComing() const {
+  return static_cast<int>(std::count_if(layout_.begin(), layout_.end(), [](const ImageryLayout& layout) {
+    return layout.series && layout.series->isComing();
+  }));
+}
+
+/// A series shows its first step from here on, and others as the clock goes.
+void LayerRoster::join(Entry& entry, ColourLayers::Layer& layer) {
+  const auto& series = layout_[entry.layer].series;
+  if (!series) {
+    layer.sets.push_back(entry.tiles);
+    return;
+  }
+  layer.step = series->current();
+  if (entry.tiles) series->join(std::exchange(entry.tiles, nullptr));
 }
 
 ContentMaker LayerRoster::maker(bool regularMesh) {
@@ -231,7 +286,7 @@ ContentMaker LayerRoster::maker(bool regularMesh) {
   }
   for (const auto& entry : imagery_) {
     entry->isTold = entry->state == Entry::State::ready;
-    if (entry->isTold) colours[entry->layer].sets.push_back(entry->tiles);
+    if (entry->isTold) join(*entry, colours[entry->layer]);
   }
   return {.tiling = tiling_,
           .ellipsoid = body_.ellipsoid,
@@ -264,6 +319,8 @@ std::uint64_t LayerRoster::bytes() const {
     for (const auto& entry : *all)
       bytes += entry->tiles ? entry->tiles->bytes() : 0;
   }
+  for (const ImageryLayout& layout : layout_)
+    bytes += layout.series ? layout.series->bytes() : 0;
   return bytes;
 }
 
