@@ -201,6 +201,36 @@ TEST_F(Clock, playingStaysInItsBudget) {
   EXPECT_LT(most, kBudget * 5 / 4);
 }
 
+TEST_F(Clock, stepsOfAServerAreKnownOnceItHasAnswered) {
+  std::atomic<int> answers{0};
+  std::atomic<int> opened{0};
+  GlobeLayers::Imagery online;
+  online.source = LayerSource([]() -> io::Result<LayerSource::Pointer> { return nullptr; }, "server");
+  online.openSteps = [&]() -> io::Result<std::vector<TimedSource>> {
+    if (++answers == 1) return io::fail(io::Failure::Code::ioError, "not now", "server");
+    std::vector<TimedSource> out;
+    for (const TimedSource& step : layer.steps) {
+      const auto open = [&opened, source = step.source.open]() -> io::Result<LayerSource::Pointer> {
+        ++opened;
+        return source;
+      };
+      out.push_back({.time_s = step.time_s, .source = LayerSource(open, "step")});
+    }
+    return out;
+  };
+  Scene scene;
+  scene.clock.start_s = 110.0;
+  globe = Globe::fromLayers(scene, {.elevation = {ground}, .imagery = {online}}).value();
+  globe->setClock(120.0);
+  EXPECT_EQ(colours(settled()).begin()->first, 100);
+  EXPECT_EQ(answers, 2);
+  globe->setClock(310.0);
+  const auto drawn = colours(settled());
+  EXPECT_EQ(drawn.size(), 1u);
+  EXPECT_EQ(drawn.begin()->first, 200);
+  EXPECT_LE(opened, 3) << "the first, one ahead, the last";
+}
+
 /// Holds what was drawn; each picture takes 100 bytes.
 class PictureGpu final : public Residency {
  public:

@@ -196,6 +196,13 @@ bool ColourLayers::followsClock() const {
   return std::ranges::any_of(layers_, [](const Layer& layer) { return layer.step != nullptr; });
 }
 
+std::vector<std::uint64_t> ColourLayers::editions() const {
+  std::vector<std::uint64_t> out;
+  for (const Layer& layer : layers_)
+    out.push_back(layer.step ? layer.step->now().edition : 0);
+  return out;
+}
+
 bool ColourLayers::areUpToDate(std::span<const LayerPicture> pictures) const {
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     if (layers_[i].step && pictures[i].edition != layers_[i].step->now().edition) return false;

@@ -39,6 +39,8 @@ class ColourLayers {
   void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
 
   bool followsClock() const;
+  /// CurrentStep's of each layer, 0 of those that do not follow the clock.
+  std::vector<std::uint64_t> editions() const;
   /// Those of layers that follow the clock are of its time step.
   bool areUpToDate(std::span<const LayerPicture> pictures) const;
   /// Pictures of a tile, those of layers that follow the clock made anew where they are not of its time step. over: of

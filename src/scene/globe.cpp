@@ -174,8 +174,8 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.light = lightFor(view);
   fillStatistics(selection);
   const FrameStatistics& s = frame.statistics;
-  frame.complete = s.layersComing == 0 && !next && roster->stepsComing() == 0 && renewal->outOfDate() == 0 &&
-                   s.tilesWanted == 0 && selection.heldBack == 0 && !selection.cappedByBudget && !selection.morphing;
+  frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
+                   !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
   frame.tiles.clear();
   frame.pictures.clear();
@@ -200,7 +200,7 @@ void Globe::State::fillStatistics(const Selection& selection) {
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
-  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size());
+  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size()) + renewal->outOfDate();
   s.tilesHeldBack = selection.heldBack + renewal->heldBack();
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
@@ -208,7 +208,7 @@ void Globe::State::fillStatistics(const Selection& selection) {
   for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
   s.cpuCacheBytes = shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + roster->bytes();
-  s.layersComing = roster->coming() + (next ? 1 : 0);
+  s.layersComing = roster->coming() + roster->stepsComing() + (next ? 1 : 0);
   s.requests = roster->ledger().requests();
   s.failedRequests = failureCount;
   s.failures = failureCount;

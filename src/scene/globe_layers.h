@@ -42,6 +42,8 @@ struct GlobeLayers {
     LayerSource source;
     std::vector<LayerSource> alsoFrom;  ///< as ImageryLayer has it
     std::vector<TimedSource> steps;     ///< of a layer that follows the clock, in the order of time, in place of source
+    /// Of one whose steps are known once its server has answered, in place of steps: as LayerSource::opening.
+    std::function<io::Result<std::vector<TimedSource>>()> openSteps;
     LayerLook look;
     std::string name;  ///< empty: the last part of the source's
   };

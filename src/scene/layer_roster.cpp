@@ -70,6 +70,12 @@ struct LayerRoster::Entry {
   std::shared_ptr<LayerTiles> tiles;
   std::vector<std::shared_ptr<TileFetch>> roots;
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
+  /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
+  struct Steps {
+    std::vector<TimedSource> all;
+    std::size_t first = 0;
+  };
+  std::shared_ptr<Steps> steps;
   Clock::time_point retryAt;
   std::chrono::seconds retryIn = kFirstRetry;
   std::optional<io::Failure> trouble;
@@ -80,6 +86,7 @@ LayerRoster::LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bel
       body_(scene.body),
       fetches_(fetches),
       bell_(bell),
+      time_s_(scene.clock.start_s.value_or(std::numeric_limits<double>::infinity())),
       ledger_(std::make_shared<LoadLedger>()) {}
 
 LayerRoster::~LayerRoster() = default;
@@ -87,11 +94,11 @@ LayerRoster::~LayerRoster() = default;
 io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene, GlobeLayers layers,
                                                              std::uint64_t budgetBytes, TileFetches& fetches,
                                                              Doorbell& bell) {
-  const double time_s = scene.clock.start_s.value_or(std::numeric_limits<double>::infinity());
   std::unique_ptr<LayerRoster> roster(new LayerRoster(scene, fetches, bell));
   std::size_t count = layers.elevation.size() + layers.imagery.size();
   for (const GlobeLayers::Imagery& layer : layers.imagery)
-    count += layer.alsoFrom.size() + (layer.steps.empty() ? 0 : 2);  // one that is shown, one that goes, one to come
+    count += layer.alsoFrom.size() +
+             (layer.steps.empty() && !layer.openSteps ? 0 : 2);  // one that is shown, one that goes, one to come
   roster->layerBudgetBytes_ = budgetBytes / std::max<std::size_t>(count, 1);
 
   bool isFirst = true;
@@ -99,7 +106,11 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
     roster->cells_ = firstCells(source, roster->cells_, isFirst);
   for (GlobeLayers::Imagery& layer : layers.imagery) {
     ImageryLayout& layout = roster->layout_.emplace_back();
-    if (!layer.steps.empty()) layout.series = roster->seriesOf(layer, time_s);
+    if (!layer.steps.empty()) {
+      const std::size_t first = stepAt(layer.steps, roster->time_s_);
+      layer.source = layer.steps[first].source;
+      layout.series = roster->seriesOf(std::move(layer.steps), first, roster->layout_.size() - 1);
+    }
     layout.nightLights = layer.look.nightLights;
     isFirst = true;
     layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
@@ -128,6 +139,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   for (std::size_t i = 0; i < layers.imagery.size(); ++i) {
     GlobeLayers::Imagery& layer = layers.imagery[i];
     if (auto wrong = take(raster::Kind::imagery, layer.source, i)) return tl::unexpected(std::move(*wrong));
+    if (layer.openSteps) roster->openFirstStep(*roster->imagery_.back(), layer);
     for (LayerSource& set : layer.alsoFrom) {
       if (auto wrong = take(raster::Kind::imagery, set, i)) return tl::unexpected(std::move(*wrong));
     }
@@ -138,17 +150,30 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   return roster;
 }
 
-/// The layer's source becomes that of the step to begin with.
-std::shared_ptr<LayerSeries> LayerRoster::seriesOf(GlobeLayers::Imagery& layer, double time_s) {
-  const std::size_t first = stepAt(layer.steps, time_s);
-  layer.source = layer.steps[first].source;
-  const std::size_t index = layout_.size() - 1;
-  const auto make = [this, index](LayerSource::Pointer source) -> io::Result<std::shared_ptr<LayerTiles>> {
-    if (auto wrong = misfit(source->info(), tiling_, body_, raster::Kind::imagery, layout_[index].pixels))
+std::shared_ptr<LayerSeries> LayerRoster::seriesOf(std::vector<TimedSource> steps, std::size_t first,
+                                                   std::size_t layer) {
+  const auto make = [this, layer](LayerSource::Pointer source) -> io::Result<std::shared_ptr<LayerTiles>> {
+    if (auto wrong = misfit(source->info(), tiling_, body_, raster::Kind::imagery, layout_[layer].pixels))
       return tl::unexpected(std::move(*wrong));
     return std::make_shared<LayerTiles>(std::move(source), layerBudgetBytes_, ledger_);
   };
-  return std::make_shared<LayerSeries>(std::move(layer.steps), first, make, bell_);
+  auto series = std::make_shared<LayerSeries>(std::move(steps), first, make, bell_);
+  series->setClock(time_s_, forwards_);
+  return series;
+}
+
+/// What the entry opens becomes the list of steps, and then the step that the clock had when the globe was made.
+void LayerRoster::openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer) {
+  entry.steps = std::make_shared<Entry::Steps>();
+  entry.source.opening = [steps = entry.steps, openSteps = layer.openSteps,
+                          time_s = time_s_]() -> io::Result<LayerSource::Pointer> {
+    auto all = openSteps();
+    if (!all) return tl::unexpected(std::move(all.error()));
+    steps->all = std::move(*all);
+    steps->first = stepAt(steps->all, time_s);
+    const LayerSource& first = steps->all[steps->first].source;
+    return first.open ? io::Result<LayerSource::Pointer>(first.open) : first.opening();
+  };
 }
 
 int LayerRoster::cellsOf(const Entry& entry) const {
@@ -192,6 +217,8 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
     entry.state = Entry::State::failed;
     ledger_->add(std::move(*wrong));
   } else {
+    if (entry.steps)
+      layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);
     fetchRoots(entry);
   }
 }
@@ -241,6 +268,8 @@ bool LayerRoster::isDue(Clock::time_point now) const {
 }
 
 void LayerRoster::setClock(double time_s, bool forwards) {
+  time_s_ = time_s;
+  forwards_ = forwards;
   for (const ImageryLayout& layout : layout_) {
     if (layout.series) layout.series->setClock(time_s, forwards);
   }

@@ -58,7 +58,8 @@ class LayerRoster {
   struct Entry;
   LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
   Entry& add(raster::Kind kind, LayerSource source, std::size_t layer);
-  std::shared_ptr<LayerSeries> seriesOf(GlobeLayers::Imagery& layer, double time_s);
+  std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
+  void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
   void takeOpened(Entry& entry, Clock::time_point now);
@@ -70,6 +71,8 @@ class LayerRoster {
   geo::Body body_;
   TileFetches& fetches_;
   Doorbell& bell_;
+  double time_s_;         ///< of the clock
+  bool forwards_ = true;  ///< which way it goes
   std::shared_ptr<LoadLedger> ledger_;
   std::uint64_t layerBudgetBytes_ = 0;
   int cells_ = raster::kElevationCells;

@@ -87,10 +87,11 @@ void LayerSeries::advance(Clock::time_point now, io::Executor& opener, LoadLedge
 }
 
 bool LayerSeries::isDue(Clock::time_point now) const {
-  return std::ranges::any_of(steps_, [&](const auto& each) {
-    const Step& step = each.second;
-    return !step.tiles && !step.failed && !step.opened && now >= step.retryAt;
-  });
+  const auto index = wanted_ != shown_ ? std::optional(wanted_) : after();
+  const auto found = index ? steps_.find(*index) : steps_.end();
+  if (found == steps_.end()) return false;
+  const Step& step = found->second;
+  return !step.tiles && !step.failed && !step.opened && now >= step.retryAt;
 }
 
 std::shared_ptr<LayerTiles> LayerSeries::upcoming() const {

@@ -25,6 +25,7 @@
 #include "raster/raster_file.h"
 #include "raster/service.h"
 #include "raster/service_url.h"
+#include "raster/time_extent.h"
 #include "scene/layer_entry.h"
 
 namespace tellurion::scene {
@@ -166,6 +167,28 @@ LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind
   return {opening, raster::withoutSecrets(service.source)};
 }
 
+/// The latest that count of a server with more.
+constexpr std::size_t kMostSteps = 20000;
+
+/// The steps of a layer that follows the clock; its capabilities are asked for again by each, and found in the cache.
+auto serviceSteps(const raster::ServiceLayer& service, const Scene& scene, const ServiceUse& use) {
+  return [service, scene, use]() -> io::Result<std::vector<TimedSource>> {
+    raster::ServiceLayer each = service;
+    each.time.clear();
+    const auto grid = raster::openService(each, raster::Kind::imagery, scene.body, *use.resources);
+    if (!grid) return tl::unexpected(grid.error());
+    std::vector<TimedSource> out;
+    for (raster::TimeStep& step : raster::timeSteps(grid->times, kMostSteps)) {
+      each.time = std::move(step.name);
+      out.push_back({.time_s = step.time_s, .source = serviceSource(each, raster::Kind::imagery, scene, use)});
+    }
+    if (out.empty())
+      return io::fail(Code::invalidArgument, "the layer has no times; take time = \"clock\" out",
+                      raster::withoutSecrets(service.source));
+    return out;
+  };
+}
+
 io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind kind, const Scene& scene,
                                         const BuildSink& progress) {
   auto catalogue = raster::openCatalogue(path, kind, scene.tiling);
@@ -305,6 +328,13 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
       auto steps = openTimes(layer, scene, use, progress, stop);
       if (!steps) return tl::unexpected(std::move(steps.error()));
       layers.imagery.push_back({.steps = std::move(*steps), .look = layer.look, .name = layer.name});
+      continue;
+    }
+    if (layer.from == SourceKind::service && layer.service.time == kClockTime) {
+      layers.imagery.push_back({.source = serviceSource(layer.service, raster::Kind::imagery, scene, use),
+                                .openSteps = serviceSteps(layer.service, scene, use),
+                                .look = layer.look,
+                                .name = layer.name});
       continue;
     }
     auto source = openImagery(layer, heights);

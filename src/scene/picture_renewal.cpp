@@ -157,6 +157,18 @@ void PictureRenewal::forget(const std::vector<tiling::TileId>& stale) {
   });
 }
 
+/// What was fetched for another step is of no use, and nobody may wait for what was not fetched.
+void PictureRenewal::restart() {
+  auto editions = colours_->editions();
+  if (editions == editions_) return;
+  editions_ = std::move(editions);
+  std::erase_if(jobs_, [](const auto& each) {
+    if (each.second && each.second->taken.exchange(true)) return false;
+    if (each.second) each.second->task.cancel();
+    return true;
+  });
+}
+
 void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>& drawn, const Residency* gpu,
                             std::uint64_t& spareCopies_bytes,
                             const std::vector<std::shared_ptr<LayerTiles>>& upcoming) {
@@ -169,6 +181,7 @@ void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>&
     }
     arrivals_->waiting.clear();
   }
+  restart();
   const std::vector<tiling::TileId> stale = staleTiles(forest, drawn);
   const std::size_t before = made_.size();
   for (const tiling::TileId& id : stale) {

@@ -48,6 +48,7 @@ class PictureRenewal {
   void begin(const tiling::TileId& id, TileJob& job);
   bool canBegin(const TileForest& forest, const tiling::TileId& id, const TileContent& content) const;
   void forget(const std::vector<tiling::TileId>& stale);
+  void restart();
   void loadAhead(const TileForest& forest, const std::vector<SelectedTile>& drawn,
                  const std::vector<std::shared_ptr<LayerTiles>>& upcoming);
 
@@ -60,6 +61,7 @@ class PictureRenewal {
   std::unordered_map<tiling::TileId, Made, tiling::TileIdHash> made_;
   std::unordered_set<tiling::TileId, tiling::TileIdHash> listed_;  ///< of staleTiles(): memory that is kept
   std::vector<TileNeed> needs_;                                    ///< likewise
+  std::vector<std::uint64_t> editions_;                            ///< that jobs were begun for
   int outOfDate_ = 0;
 
   /// What is loaded ahead of one step: each tile once.

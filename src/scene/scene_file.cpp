@@ -274,6 +274,8 @@ class SceneReader {
     allow(layer, withServiceKeys({"source", "type"}));
     ElevationLayer out;
     readSource(layer, "elevation", out);
+    if (out.service.time == kClockTime)
+      complain(layer.get("time")->source(), "heights do not follow the clock; give one time, or take 'time' out");
     return out;
   }
 

@@ -45,6 +45,9 @@ struct TimedFile {
   SourceKind from = SourceKind::file;
 };
 
+/// ServiceLayer::time of an imagery layer that follows the clock.
+inline constexpr std::string_view kClockTime = "clock";
+
 /// Colours, or the lights of the night. Later layers lie over earlier ones.
 struct ImageryLayer {
   std::string name;  ///< for people; empty: the source's
