@@ -49,6 +49,7 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
   for (scene::CameraPath::Seconds now{}; goesOn(now); now = Clock::now() - start) {
     const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
                                            picture.verticalFov(), picture.viewport());
+    setClock(studio, now.count());
     scene::CutOptions cut = scene::atQuality(picture.cut(), quality);
     cut.time_s = now.count();
     frames.push_back(

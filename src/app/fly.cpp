@@ -146,6 +146,7 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
     const scene::View view =
         scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
+    setClock(studio, number / arguments.fps);
     const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cutAtQuality(),
                                              std::chrono::duration<double>(arguments.timeout_s), stop);
     if (stop.stop_requested())

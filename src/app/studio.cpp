@@ -11,6 +11,7 @@
 
 #include "app/output_names.h"
 #include "app/progress.h"
+#include "raster/time_extent.h"
 #include "scene/quality_control.h"
 
 namespace tellurion::app {
@@ -45,6 +46,10 @@ std::optional<std::array<float, 3>> colourFrom(const std::string& text) {
   if (text.size() != 6 || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   const auto channel = [value](unsigned int shift) { return static_cast<float>(value >> shift & 0xFFu) / 255.0f; };
   return std::array{channel(16), channel(8), channel(0)};
+}
+
+std::string timeProblem(const std::string& text) {
+  return raster::secondsOfTime(text) ? "" : fmt::format("'{}' is not a time like 2004-07-01T12:00:00Z", text);
 }
 
 std::string colourProblem(const std::string& text) {
@@ -177,6 +182,12 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
                   "Draw heights above the ellipsoid this many times as high; 0 is a smooth body")
       ->check(between(0.0, 100.0))
       ->capture_default_str();
+  command
+      .add_option(
+          "--time", arguments.time,
+          "ISO 8601, like 2004-07-01T12:00:00Z: what layers with time steps show, at first; else what the scene "
+          "says, else the last of each")
+      ->check(timeProblem);
   command.add_flag("--no-morph", arguments.noMorph,
                    "Let ground pop to finer levels instead of growing into them (for comparison)");
   command
@@ -233,10 +244,18 @@ std::string cameraProblem(const std::string& text) {
   return parsed ? "" : io::describe(parsed.error());
 }
 
+scene::SceneClock clockOf(const scene::Scene& scene, const PictureArguments& arguments) {
+  scene::SceneClock clock = scene.clock;
+  if (!arguments.time.empty()) clock.start_s = raster::secondsOfTime(arguments.time);
+  return clock;
+}
+
 io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
                                                     const std::stop_token& stop) {
   BuildLines lines;
-  auto globe = scene::Globe::open(scene, arguments.globe(), std::ref(lines), stop);
+  scene::Scene clocked = scene;
+  clocked.clock = clockOf(scene, arguments);
+  auto globe = scene::Globe::open(clocked, arguments.globe(), std::ref(lines), stop);
   if (globe && !arguments.background.empty()) (*globe)->background() = *colourFrom(arguments.background);
   if (globe) (*globe)->exaggeration() = arguments.exaggeration;
   return globe;
@@ -253,7 +272,12 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
   if (!renderer) return tl::unexpected(renderer.error());
   auto target = render::RenderTarget::create(arguments.viewport());
   if (!target) return tl::unexpected(target.error());
-  return Studio{std::move(*globe), std::move(*context), std::move(*renderer), std::move(*target)};
+  return Studio{std::move(*globe), clockOf(*scene, arguments), std::move(*context), std::move(*renderer),
+                std::move(*target)};
+}
+
+void setClock(Studio& studio, double seconds) {
+  if (const auto time_s = scene::timeAfter(studio.clock, seconds)) studio.globe->setClock(*time_s);
 }
 
 const scene::Frame& settledFrame(scene::Globe& globe, const scene::View& view, const scene::CutOptions& cut,

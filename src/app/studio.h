@@ -26,6 +26,7 @@ struct PictureArguments {
   std::string mesh = "bisected";  ///< or "regular"
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
+  std::string time;  ///< ISO 8601; empty: what the scene says
   bool noMorph = false;
   int maxTiles = scene::CutOptions{}.maxTiles;
   std::int64_t maxTriangles = 0;  ///< 0: any number
@@ -49,7 +50,7 @@ enum class Pace {
   realTime,      ///< `--quality auto` and --frame-ms have a meaning
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
+/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration, --time,
 /// --no-morph, the budgets, --offline, --cache-mib, --gpu-memory and --compress-textures, in real time --frame-ms too,
 /// checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
@@ -68,15 +69,22 @@ std::string cameraProblem(const std::string& text);
 io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, const PictureArguments& arguments,
                                                     const std::stop_token& stop);
 
+/// The scene's clock, set as the arguments say.
+scene::SceneClock clockOf(const scene::Scene& scene, const PictureArguments& arguments);
+
 /// A globe and all that draws it without a window. What lives in the context stands after it and so ends before it.
 struct Studio {
   std::unique_ptr<scene::Globe> globe;
+  scene::SceneClock clock;  ///< as it starts
   render::HeadlessContext context;
   render::Renderer renderer;
   render::RenderTarget target;
 };
 
 io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop);
+
+/// To what it shows after so many seconds of a path.
+void setClock(Studio& studio, double seconds);
 
 /// Updates the globe until nothing finer is wanted for the view, the time is over, nothing is on its way any more, or a
 /// stop is asked for. The frame says whether it is complete.

@@ -47,7 +47,8 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (!renderer) return tl::unexpected(renderer.error());
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
-                  startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture))
+                  startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),
+                  clockOf(*scene, arguments.picture))
       .run();
 }
 

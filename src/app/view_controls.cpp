@@ -140,6 +140,9 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::coarser:
     case ViewKey::automatic:
     case ViewKey::layers:
+    case ViewKey::play:
+    case ViewKey::earlier:
+    case ViewKey::later:
     case ViewKey::statistics:
       return false;
   }

@@ -37,6 +37,9 @@ enum class ViewKey {
   coarser,
   automatic,
   layers,
+  play,
+  earlier,
+  later,
 };
 
 struct Modifiers {

@@ -12,6 +12,7 @@
 #include "app/view_panels.h"
 #include "app/view_statistics.h"
 #include "raster/image_file.h"
+#include "raster/time_extent.h"
 #include "scene/drawn_ground.h"
 
 namespace tellurion::app {
@@ -55,7 +56,7 @@ bool isEmpty(scene::Viewport size) {
 
 ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
                    render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut,
-                   const ViewQuality& quality)
+                   const ViewQuality& quality, const scene::SceneClock& clock)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
@@ -65,7 +66,8 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       controls_(start),
       cut_(cut),
       quality_(quality),
-      control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}) {
+      control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}),
+      clock_(clock) {
   figures_.quality = quality.full;
 }
 
@@ -183,6 +185,13 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::layers:
       layersShown_ = !layersShown_;
       break;
+    case ViewKey::play:
+      play();
+      break;
+    case ViewKey::earlier:
+    case ViewKey::later:
+      stepClock(key == ViewKey::later ? 1.0 : -1.0);
+      break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
       break;
@@ -238,6 +247,7 @@ io::Result<void> ViewLoop::drawPicture() {
   const double since_s = std::chrono::duration<double>(begin - lastBegun_).count();
   cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_);
   lastBegun_ = begin;
+  if (playing_) runClock(std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_));
   const bool isControlled = quality_.isAutomatic && isMoving();
   const double quality = isControlled ? control_.quality() : quality_.full;
   figures_.quality = quality;
@@ -249,7 +259,7 @@ io::Result<void> ViewLoop::drawPicture() {
   if (isControlled)
     control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
   tellComplete(frame);
-  pictureStale_ = frame.morphing || frame.statistics.tilesHeldBack > 0;
+  pictureStale_ = playing_ || frame.morphing || frame.statistics.tilesHeldBack > 0;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
@@ -293,6 +303,7 @@ std::vector<std::string> ViewLoop::statusParts() const {
   parts.push_back("height " + length(height_m));
   const double heading = std::fmod(camera.heading.degrees() + 360.0, 360.0);
   parts.push_back(fmt::format("heading {:.0f}\u00b0 pitch {:.0f}\u00b0", heading, camera.pitch.degrees()));
+  if (const auto time_s = globe_.clock()) parts.push_back(raster::isoTime(*time_s));
   const auto under = cursor_ && !controls_.dragging() ? scene::pointUnder(view, *cursor_, ground_) : std::nullopt;
   if (under) {
     const geo::Geodetic g = ground_.ellipsoid.geodeticFromBody(*under);
@@ -332,6 +343,34 @@ void ViewLoop::toggleFrozenCut() {
   notify(globe_.cutIsFrozen() ? "the cut is frozen: it stays while the eye moves on, F lets it follow again"
                               : "the cut follows the eye again");
   pictureStale_ = true;
+}
+
+bool ViewLoop::hasClock() {
+  if (!clock_.start_s) notify("there is no time to begin with: give the scene a [clock] with a start, or use --time");
+  return clock_.start_s.has_value();
+}
+
+void ViewLoop::play() {
+  if (!hasClock()) return;
+  playing_ = !playing_;
+  notify(playing_ ? fmt::format("the clock runs: {:g} days a second", clock_.rate / 86400.0) : "the clock stands");
+  pictureStale_ = true;
+}
+
+void ViewLoop::stepClock(double steps) {
+  if (!hasClock()) return;
+  playing_ = false;
+  clock_.start_s = *clock_.start_s + steps * clock_.step_s;
+  globe_.setClock(*clock_.start_s);
+  pictureStale_ = true;
+}
+
+/// At its end it stands.
+void ViewLoop::runClock(double seconds) {
+  const double before_s = *clock_.start_s;
+  clock_.start_s = scene::timeAfter(clock_, seconds);
+  playing_ = *clock_.start_s != before_s || clock_.rate == 0.0;
+  globe_.setClock(*clock_.start_s);
 }
 
 void ViewLoop::exaggerate(bool more) {

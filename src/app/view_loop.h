@@ -24,7 +24,8 @@ struct ViewQuality {
 class ViewLoop {
  public:
   ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
-           const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality);
+           const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality,
+           const scene::SceneClock& clock);
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
@@ -48,6 +49,10 @@ class ViewLoop {
   void exaggerate(bool more);
   void changeQuality(bool finer);
   void toggleAutomaticQuality();
+  bool hasClock();
+  void play();
+  void stepClock(double steps);
+  void runClock(double seconds);
   bool readyForDebugViews();
   void printCamera();
   void saveScreenshot();
@@ -67,6 +72,8 @@ class ViewLoop {
   scene::CutOptions cut_;  ///< at quality 1
   ViewQuality quality_;
   scene::QualityControl control_;
+  scene::SceneClock clock_;  ///< from where it runs on
+  bool playing_ = false;
   std::optional<render::RenderTarget> target_;
   std::optional<scene::PixelPosition> cursor_;
   bool pictureStale_ = true;   ///< the planet must be drawn again

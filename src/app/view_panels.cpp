@@ -38,6 +38,7 @@ constexpr std::array kControls{
     Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},
     Control{"F", "freeze the cut, or let it follow the eye again"},
     Control{"I", "show or hide the imagery layers"},
+    Control{"Space, ; and '", "the clock: run or stand, a step back, a step on"},
     Control{"S, F3", "show or hide the statistics"},
     Control{"H, F1", "show or hide this help"},
     Control{"Q", "quit"},

@@ -55,6 +55,10 @@ std::optional<geo::GeoRect> boundsOf(const scene::Scene& scene) {
   for (const auto& layer : scene.elevation)
     add(all, boundsOf(layer, raster::Kind::elevation));
   for (const auto& layer : scene.imagery) {
+    if (layer.derived) {
+      if (layer.derived->of) add(all, boundsOf(*layer.derived->of, raster::Kind::elevation));
+      continue;
+    }
     add(all, boundsOf(layer, raster::Kind::imagery));
     for (const std::string& further : layer.alsoFrom)
       add(all, boundsOf(further, raster::Kind::imagery));

@@ -97,7 +97,7 @@ void onScroll(GLFWwindow* window, double across, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 34> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 37> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -130,6 +130,9 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_S, ViewKey::statistics},
       {GLFW_KEY_F3, ViewKey::statistics},
       {GLFW_KEY_A, ViewKey::automatic},
+      {GLFW_KEY_SPACE, ViewKey::play},
+      {GLFW_KEY_SEMICOLON, ViewKey::earlier},
+      {GLFW_KEY_APOSTROPHE, ViewKey::later},
       {GLFW_KEY_LEFT_BRACKET, ViewKey::coarser},
       {GLFW_KEY_RIGHT_BRACKET, ViewKey::finer},
   }};

@@ -10,6 +10,7 @@
 #include "geo/geo_rect.h"
 #include "io/resources.h"
 #include "raster/tile.h"
+#include "raster/time_extent.h"
 
 namespace tellurion::raster {
 
@@ -73,6 +74,7 @@ struct GridService {
   HeightEncoding heights;
   std::optional<Rgba8> transparentColour;  ///< pixels of it are not covered
   std::string attribution;
+  std::vector<TimeSpan> times;  ///< that the layer has, whichever of them these images are of; empty: none
   /// The request for an image; thread-safe, pure.
   std::function<io::ResourceRequest(const GridImageId&)> request;
 };

@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 
 namespace tellurion::raster {
 namespace {
@@ -61,7 +62,106 @@ bool takeTimeOfDay(std::string_view& text, double& seconds) {
   return parts[0] <= 24 && parts[1] < 60 && parts[2] <= 60;
 }
 
+/// Whole months, and seconds.
+struct Period {
+  int months = 0;
+  double seconds = 0.0;
+};
+
+/// "P1Y2M10DT2H30M", "P2W".
+std::optional<Period> periodFrom(std::string_view text) {
+  if (!take(text, 'P')) return std::nullopt;
+  Period out;
+  bool isTime = false;
+  while (!text.empty()) {
+    if (take(text, 'T')) {
+      isTime = true;
+      continue;
+    }
+    double count = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count, std::chars_format::fixed);
+    if (error != std::errc{} || end == text.data() + text.size() || !(count >= 0.0 && count < 1e9)) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (!isTime && take(text, 'Y')) {
+      out.months += 12 * static_cast<int>(std::min(count, 1e4));
+    } else if (!isTime && take(text, 'M')) {
+      out.months += static_cast<int>(std::min(count, 1e5));
+    } else if (!isTime && take(text, 'W')) {
+      out.seconds += 7 * 86400.0 * count;
+    } else if (!isTime && take(text, 'D')) {
+      out.seconds += 86400.0 * count;
+    } else if (isTime && take(text, 'H')) {
+      out.seconds += 3600.0 * count;
+    } else if (isTime && take(text, 'M')) {
+      out.seconds += 60.0 * count;
+    } else if (isTime && take(text, 'S')) {
+      out.seconds += count;
+    } else {
+      return std::nullopt;
+    }
+  }
+  return out.months > 0 || out.seconds > 0.0 ? std::optional(out) : std::nullopt;
+}
+
+/// Months later, on the same day or the month's last; then the seconds.
+double later(double start_s, const Period& period, double times) {
+  if (period.months == 0) return start_s + times * period.seconds;
+  const double days = std::floor(start_s / 86400.0);
+  const std::chrono::year_month_day date(std::chrono::sys_days(std::chrono::days(static_cast<int>(days))));
+  const auto month = date.year() / date.month() + std::chrono::months(period.months * static_cast<int>(times));
+  const std::chrono::year_month_day_last last(month.year(), std::chrono::month_day_last(month.month()));
+  const auto whole = std::chrono::sys_days(month / std::min(date.day(), last.day())).time_since_epoch().count();
+  return static_cast<double>(whole) * 86400.0 + (start_s - days * 86400.0) + times * period.seconds;
+}
+
+/// Those of a span, named as exactly as its start.
+void addSteps(const TimeSpan& span, std::size_t most, std::vector<TimeStep>& steps) {
+  const auto start = secondsOfTime(span.start);
+  if (!start) return;
+  steps.push_back({.time_s = *start, .name = span.start});
+  const auto end = secondsOfTime(span.end);
+  if (!end || !(*end > *start)) return;
+  const auto period = periodFrom(span.period);
+  if (!period) {
+    steps.push_back({.time_s = *end, .name = span.end});
+    return;
+  }
+  double index = 1.0;
+  if (period->months == 0)
+    index = std::max(1.0, std::floor((*end - *start) / period->seconds) - static_cast<double>(most));
+  const bool isDay = span.start.find('T') == std::string::npos && std::fmod(period->seconds, 86400.0) == 0.0;
+  for (std::size_t i = 0; i <= most; ++i, index += 1.0) {
+    const double time_s = later(*start, *period, index);
+    if (time_s > *end) return;
+    steps.push_back({.time_s = time_s, .name = isoTime(time_s).substr(0, isDay ? 10 : 20)});
+  }
+}
+
 }  // namespace
+
+std::vector<TimeStep> timeSteps(std::span<const TimeSpan> extent, std::size_t most) {
+  std::vector<TimeStep> steps;
+  for (const TimeSpan& span : extent) {
+    addSteps(span, most, steps);
+    if (steps.size() <= 4 * most) continue;
+    std::ranges::stable_sort(steps, {}, &TimeStep::time_s);
+    steps.erase(steps.begin(), steps.end() - static_cast<std::ptrdiff_t>(most));
+  }
+  std::ranges::stable_sort(steps, {}, &TimeStep::time_s);
+  const auto [first, last] = std::ranges::unique(steps, {}, &TimeStep::time_s);
+  steps.erase(first, last);
+  if (steps.size() > most) steps.erase(steps.begin(), steps.end() - static_cast<std::ptrdiff_t>(most));
+  return steps;
+}
+
+std::string isoTime(double time_s) {
+  const double days = std::floor(time_s / 86400.0);
+  const std::chrono::year_month_day date(std::chrono::sys_days(std::chrono::days(static_cast<int>(days))));
+  const int seconds = static_cast<int>(time_s - days * 86400.0);
+  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()), seconds / 3600,
+                     seconds / 60 % 60, seconds % 60);
+}
 
 std::vector<TimeSpan> parseTimeExtent(std::string_view text) {
   std::vector<TimeSpan> extent;

@@ -29,6 +29,20 @@ bool offersTime(std::span<const TimeSpan> extent, std::string_view iso);
 /// The last time of all; empty where there is none.
 std::string lastTime(std::span<const TimeSpan> extent);
 
+/// An instant, and how the layer that has it names it.
+struct TimeStep {
+  double time_s = 0.0;  ///< seconds since 1970-01-01T00:00:00Z
+  std::string name;     ///< as it stands in the extent, else ISO 8601
+};
+
+/// All instants, those of spans with a period spelled out (months and years by the calendar, from the start), in the
+/// order of time, each once: the last `most` of them. Of spans without a period their start and end. What cannot be
+/// read is passed over.
+std::vector<TimeStep> timeSteps(std::span<const TimeSpan> extent, std::size_t most);
+
+/// "2004-01-31T12:00:00Z" of seconds since 1970-01-01T00:00:00Z, rounded down to whole ones. Of years from 0 to 9999.
+std::string isoTime(double time_s);
+
 /// For people: "1999-01-01 to 2000-08-22 every P1D", "12 times, 2000-01-01 to 2000-12-01"; empty where there is none.
 std::string describeTimes(std::span<const TimeSpan> extent);
 

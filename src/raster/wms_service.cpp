@@ -283,6 +283,7 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
   service.plane = chosen->reference.plane;
   service.bounds = boundsOf(entry, drawn->merged.lonLatBox_degrees);
   service.heights = *heights;
+  if (const WmsDimension* time = drawn->merged.dimension("time")) service.times = parseTimeExtent(time->values);
   service.attribution = entry.attribution.empty() ? drawn->merged.attribution : entry.attribution;
   service.name = fmt::format("{} {}", withoutSecrets(withoutQuery(advertised)), drawn->layers);
   for (const auto& extra : {*styles, dimensions->empty() ? std::string() : dimensions->front().second})

@@ -256,6 +256,8 @@ io::Result<GridService> wmtsService(const WmtsCapabilities& capabilities, const 
   service.plane = chosen->reference.plane;
   service.bounds = boundsOf(entry, (*layer)->lonLatBox_degrees);
   service.heights = *heights;
+  if (const WmtsDimension* time = (*layer)->dimension("time"))
+    service.times = parseTimeExtent(fmt::format("{}", fmt::join(time->values, ",")));
   service.attribution = entry.attribution.empty() ? capabilities.attribution : entry.attribution;
   service.name =
       fmt::format("{} {} {} {}", withoutSecrets(withoutQuery(source)), (*layer)->name, *style, chosen->set->name);

@@ -110,25 +110,52 @@ Rgba8 lampOf(Rgba8 p) {
 LayerPicture pictureOf(const ColourLayers::Layer& layer, bool compress, const tiling::TileId& id,
                        const LayerPicture* parent) {
   LayerPicture out;
-  if (parent != nullptr) out = {.image = parent->image, .level = parent->level};
-  const bool mayBeOwn =
-      std::ranges::any_of(layer.sets, [&](const auto& set) { return set->storedLevel(id) == id.level; });
+  const CurrentStep::Now now = layer.step ? layer.step->now() : CurrentStep::Now{};
+  if (parent != nullptr) out = {.image = parent->image, .level = parent->level, .edition = parent->edition};
+  if (id.level == 0) out = {.edition = now.edition};
+  const auto isOwnOf = [&](LayerTiles& set) { return set.storedLevel(id) == id.level; };
+  const bool mayBeOwn = std::ranges::any_of(layer.sets, [&](const auto& set) { return isOwnOf(*set); }) ||
+                        (now.tiles && isOwnOf(*now.tiles));
   if (!mayBeOwn) return out;  // what is not looked at is not loaded
   std::vector<Part> parts;
-  for (const auto& set : layer.sets) {
-    Part part = nearestPart(*set, id);
-    if (!part.tile) continue;
+  const auto look = [&](LayerTiles& set) {
+    Part part = nearestPart(set, id);
+    if (!part.tile) return;
     out.isOwn = out.isOwn || part.level == id.level;
     out.finerBelow = out.finerBelow || (part.level == id.level && part.tile->childMask != 0);
     parts.push_back(std::move(part));
-  }
+  };
+  for (const auto& set : layer.sets)
+    look(*set);
+  if (now.tiles) look(*now.tiles);
   if (!out.isOwn) return out;
   Picture picture = composed(std::move(parts), id);
   if (layer.nightLights) std::ranges::transform(picture.samples, picture.samples.begin(), lampOf);
   const bool isEmpty = std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 0; });
   out.image = isEmpty ? nullptr : textureFrom(std::move(picture), compress);
   out.level = id.level;
+  out.edition = now.edition;
   return out;
+}
+
+void addNeedsOf(const ColourLayers::Layer& layer, const tiling::TileId& id, std::vector<TileNeed>& needs) {
+  const std::size_t before = needs.size();
+  bool mayBeOwn = false;
+  const auto look = [&](LayerTiles& set) {
+    if (!set.tellsPresence()) {
+      mayBeOwn = mayBeOwn || id.level <= set.info().maxLevel;
+      return;
+    }
+    const int level = set.storedLevel(id);
+    mayBeOwn = mayBeOwn || level == id.level;
+    addNeed(set, id, level, needs);
+  };
+  for (const auto& set : layer.sets)
+    look(*set);
+  if (layer.step) {
+    if (const auto tiles = layer.step->now().tiles) look(*tiles);
+  }
+  if (!mayBeOwn) needs.resize(before);
 }
 
 }  // namespace
@@ -142,20 +169,50 @@ std::vector<LayerPicture> ColourLayers::pictures(const tiling::TileId& id, std::
 }
 
 void ColourLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
-  for (const Layer& layer : layers_) {
-    const std::size_t before = needs.size();
-    bool mayBeOwn = false;
-    for (const auto& set : layer.sets) {
-      if (!set->tellsPresence()) {
-        mayBeOwn = mayBeOwn || id.level <= set->info().maxLevel;
-        continue;
-      }
-      const int level = set->storedLevel(id);
-      mayBeOwn = mayBeOwn || level == id.level;
-      addNeed(*set, id, level, needs);
-    }
-    if (!mayBeOwn) needs.resize(before);
+  for (const Layer& layer : layers_)
+    addNeedsOf(layer, id, needs);
+}
+
+bool ColourLayers::followsClock() const {
+  return std::ranges::any_of(layers_, [](const Layer& layer) { return layer.step != nullptr; });
+}
+
+std::vector<std::uint64_t> ColourLayers::editions() const {
+  std::vector<std::uint64_t> out;
+  for (const Layer& layer : layers_)
+    out.push_back(layer.step ? layer.step->now().edition : 0);
+  return out;
+}
+
+bool ColourLayers::areUpToDate(std::span<const LayerPicture> pictures) const {
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (layers_[i].step && pictures[i].edition != layers_[i].step->now().edition) return false;
   }
+  return true;
+}
+
+std::vector<LayerPicture> ColourLayers::renewed(const tiling::TileId& id, std::span<const LayerPicture> pictures,
+                                                std::span<const LayerPicture> over) const {
+  std::vector<LayerPicture> out(pictures.begin(), pictures.end());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (layers_[i].step && out[i].edition != layers_[i].step->now().edition)
+      out[i] = pictureOf(layers_[i], compress_, id, &over[i]);
+  }
+  return out;
+}
+
+void ColourLayers::addNeedsOfSteps(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
+  for (const Layer& layer : layers_) {
+    if (layer.step) addNeedsOf(layer, id, needs);
+  }
+}
+
+int ColourLayers::levelOfSteps(std::span<const LayerPicture> pictures) const {
+  int level = -1;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (layers_[i].step) level = std::max(level, pictures[i].level);
+  }
+  return level;
 }
 
 }  // namespace tellurion::scene

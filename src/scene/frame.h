@@ -107,13 +107,14 @@ struct FrameStatistics {
   int tilesVisited = 0;
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;
-  int tilesWanted = 0;             ///< finer ones that are not there yet
+  int tilesWanted = 0;             ///< finer ones that are not there yet, and pictures of the clock's time step
   int tilesHeldBack = 0;           ///< finer ones that are there, but wait for CutOptions::copies_bytes of later frames
   bool cappedByBudget = false;     ///< a budget of CutOptions left something coarser than the tolerance
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
   std::uint64_t cpuCacheBytes = 0;
-  int layersComing = 0;        ///< of the scene, not part of the picture yet: their source is not open or not here
+  int layersComing = 0;  ///< of the scene, not part of the picture yet: their source, or that of the clock's step,
+                         ///< is not open or not here
   std::uint64_t requests = 0;  ///< since the globe was opened: to servers, and tiles read from this machine
   std::uint64_t failedRequests = 0;
   std::uint64_t failures = 0;  ///< what could not be loaded and is not tried again

@@ -7,6 +7,7 @@
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
+#include "scene/picture_renewal.h"
 #include "scene/view_motion.h"
 
 namespace tellurion::scene {
@@ -45,6 +46,8 @@ struct Globe::State {
   State& operator=(const State&) = delete;
 
   std::unique_ptr<Generation> generation();
+  void show(std::unique_ptr<Generation> one);
+  void renewPictures(const Selection& selection, const Residency* gpu);
   void receive();
   std::optional<View> viewAhead(const View& view, const CutOptions& options);
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
@@ -70,6 +73,9 @@ struct Globe::State {
   std::unique_ptr<Generation> shown;                 ///< what is drawn; never null
   std::unique_ptr<Generation> next;                  ///< with layers that have joined, until it is good enough; or null
   std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
+  std::unique_ptr<PictureRenewal> renewal;           ///< of shown
+  std::optional<double> time_s;                      ///< of the clock
+  std::uint64_t spareCopies_bytes = 0;               ///< what this update's pictures leave of CutOptions::copies_bytes
   Clock::time_point pendingSince;                    ///< of next
   const Selection* nextCut = nullptr;                ///< of this update; null without next
   std::vector<std::string> imageryNames;
@@ -80,6 +86,17 @@ struct Globe::State {
 std::unique_ptr<Generation> Globe::State::generation() {
   return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh, globeOptions.compressTextures), executor,
                                       fetches, bell);
+}
+
+void Globe::State::show(std::unique_ptr<Generation> one) {
+  if (shown) retired.push_back(std::move(shown));
+  shown = std::move(one);
+  renewal = std::make_unique<PictureRenewal>(shown->forest.maker().colours, executor, fetches, bell);
+}
+
+void Globe::State::renewPictures(const Selection& selection, const Residency* gpu) {
+  spareCopies_bytes = selection.spareCopies_bytes;
+  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming());
 }
 
 void Globe::State::receive() {
@@ -119,7 +136,7 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
   if (nextCut != nullptr && next->rootsAreDrawable()) {
     const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
     if (isAsGood || now - pendingSince >= kLongestPending) {
-      retired.push_back(std::exchange(shown, std::move(next)));
+      show(std::move(next));
       selection = std::exchange(nextCut, nullptr);
       roster->rootsAreMade();
     }
@@ -193,7 +210,7 @@ void Globe::State::fillSoon(const Selection& selection) {
   frame.soon.clear();
   for (const SelectedTile& tile : selection.soon)
     frame.soon.push_back(drawn(tile, shown->forest.maker()));
-  frame.soonCopies_bytes = selection.spareCopies_bytes;
+  frame.soonCopies_bytes = spareCopies_bytes;
   if (!next) return;
   for (const SelectedTile& tile : nextCut->drawn)
     frame.soon.push_back(drawn(tile, next->forest.maker()));
@@ -204,15 +221,15 @@ void Globe::State::fillStatistics(const Selection& selection) {
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
-  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size());
-  s.tilesHeldBack = selection.heldBack;
+  s.tilesWanted = static_cast<int>((nextCut != nullptr ? nextCut : &selection)->wanted.size()) + renewal->outOfDate();
+  s.tilesHeldBack = selection.heldBack + renewal->heldBack();
   s.cappedByBudget = selection.cappedByBudget;
   s.maxScreenError_px = selection.maxScreenError_px;
   s.tilesALevel.fill(0);
   for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
   s.cpuCacheBytes = shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + roster->bytes();
-  s.layersComing = roster->coming() + (next ? 1 : 0);
+  s.layersComing = roster->coming() + roster->stepsComing() + (next ? 1 : 0);
   s.requests = roster->ledger().requests();
   s.failedRequests = failureCount;
   s.failures = failureCount;
@@ -247,7 +264,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   state->resources = layers.resources;
   for (const GlobeLayers::Imagery& layer : layers.imagery) {
     state->frame.looks.push_back(layer.look);
-    const std::string& source = layer.source.open ? layer.source.open->info().name : layer.source.name;
+    const LayerSource& named = layer.steps.empty() ? layer.source : layer.steps.front().source;
+    const std::string& source = named.open ? named.open->info().name : named.name;
     state->imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
   }
   const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
@@ -255,7 +273,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
   state->roster->advance(Clock::now());
-  state->shown = state->generation();
+  state->time_s = scene.clock.start_s;
+  state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
 
@@ -279,6 +298,14 @@ double& Globe::exaggeration() {
 }
 DebugViews& Globe::debugViews() {
   return state_->frame.debug.views;
+}
+void Globe::setClock(double time_s) {
+  State& s = *state_;
+  s.roster->setClock(time_s, !s.time_s || time_s >= *s.time_s);
+  s.time_s = time_s;
+}
+std::optional<double> Globe::clock() const {
+  return state_->time_s;
 }
 void Globe::freezeCut(const std::optional<View>& at) {
   DebugOverlay& debug = state_->frame.debug;
@@ -307,6 +334,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
   const Selection& selection = s.cut(cutView, options, gpu);
+  s.renewPictures(selection, gpu);
   s.fillFrame(view, selection);
   s.fillDebug(options);
   s.evict();
@@ -319,7 +347,8 @@ bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
   const auto now = Clock::now();
   const bool isOverdue = s.next && s.next->rootsAreDrawable() && now - s.pendingSince >= kLongestPending;
   if (isOverdue || s.roster->isDue(now)) return true;
-  const bool isComing = !s.shown->loading.isIdle() || (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
+  const bool isComing = s.roster->stepsComing() > 0 || s.renewal->outOfDate() > 0 || !s.shown->loading.isIdle() ||
+                        (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
   return isComing && s.bell.wait(timeout);
 }
 

@@ -69,6 +69,13 @@ class Globe {
   double& exaggeration();
   DebugViews& debugViews();  ///< likewise
 
+  /// The time that layers with time steps show, seconds since 1970-01-01T00:00:00Z: of each the newest step that is not
+  /// after it, else its first. Counts from the next update; nothing else is loaded again. A tile keeps its old picture
+  /// until the new one is here. The next step in the direction in which the clock was moved last is loaded ahead.
+  void setClock(double time_s);
+  /// Nothing: of each layer the last.
+  std::optional<double> clock() const;
+
   /// From the next update on the cut stays: tiles are chosen, and loaded, for this view, whatever view is drawn;
   /// nothing lets it follow the eye again.
   void freezeCut(const std::optional<View>& at);

@@ -31,12 +31,21 @@ struct LayerSource {
   std::string name;
 };
 
+/// A layer's source at a time and until the next.
+struct TimedSource {
+  double time_s = 0.0;  ///< seconds since 1970-01-01T00:00:00Z
+  LayerSource source;
+};
+
 /// The sources of a scene: what Globe draws from. Elevation and imagery, bottom first, all of the scene's tiling and
 /// body.
 struct GlobeLayers {
   struct Imagery {
     LayerSource source;
     std::vector<LayerSource> alsoFrom;  ///< as ImageryLayer has it
+    std::vector<TimedSource> steps;     ///< of a layer that follows the clock, in the order of time, in place of source
+    /// Of one whose steps are known once its server has answered, in place of steps: as LayerSource::opening.
+    std::function<io::Result<std::vector<TimedSource>>()> openSteps;
     LayerLook look;
     std::string name;  ///< empty: the last part of the source's
   };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <utility>
 
 namespace tellurion::scene {
@@ -69,6 +70,12 @@ struct LayerRoster::Entry {
   std::shared_ptr<LayerTiles> tiles;
   std::vector<std::shared_ptr<TileFetch>> roots;
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
+  /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
+  struct Steps {
+    std::vector<TimedSource> all;
+    std::size_t first = 0;
+  };
+  std::shared_ptr<Steps> steps;
   Clock::time_point retryAt;
   std::chrono::seconds retryIn = kFirstRetry;
   std::optional<io::Failure> trouble;
@@ -79,6 +86,7 @@ LayerRoster::LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bel
       body_(scene.body),
       fetches_(fetches),
       bell_(bell),
+      time_s_(scene.clock.start_s.value_or(std::numeric_limits<double>::infinity())),
       ledger_(std::make_shared<LoadLedger>()) {}
 
 LayerRoster::~LayerRoster() = default;
@@ -89,14 +97,20 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   std::unique_ptr<LayerRoster> roster(new LayerRoster(scene, fetches, bell));
   std::size_t count = layers.elevation.size() + layers.imagery.size();
   for (const GlobeLayers::Imagery& layer : layers.imagery)
-    count += layer.alsoFrom.size();
+    count += layer.alsoFrom.size() +
+             (layer.steps.empty() && !layer.openSteps ? 0 : 2);  // one that is shown, one that goes, one to come
   roster->layerBudgetBytes_ = budgetBytes / std::max<std::size_t>(count, 1);
 
   bool isFirst = true;
   for (const LayerSource& source : layers.elevation)
     roster->cells_ = firstCells(source, roster->cells_, isFirst);
-  for (const GlobeLayers::Imagery& layer : layers.imagery) {
+  for (GlobeLayers::Imagery& layer : layers.imagery) {
     ImageryLayout& layout = roster->layout_.emplace_back();
+    if (!layer.steps.empty()) {
+      const std::size_t first = stepAt(layer.steps, roster->time_s_);
+      layer.source = layer.steps[first].source;
+      layout.series = roster->seriesOf(std::move(layer.steps), first, roster->layout_.size() - 1);
+    }
     layout.nightLights = layer.look.nightLights;
     isFirst = true;
     layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
@@ -125,12 +139,41 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   for (std::size_t i = 0; i < layers.imagery.size(); ++i) {
     GlobeLayers::Imagery& layer = layers.imagery[i];
     if (auto wrong = take(raster::Kind::imagery, layer.source, i)) return tl::unexpected(std::move(*wrong));
+    if (layer.openSteps) roster->openFirstStep(*roster->imagery_.back(), layer);
     for (LayerSource& set : layer.alsoFrom) {
       if (auto wrong = take(raster::Kind::imagery, set, i)) return tl::unexpected(std::move(*wrong));
     }
   }
+  for (const ImageryLayout& layout : roster->layout_)
+    late += layout.series ? 1u : 0u;
   if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
   return roster;
+}
+
+std::shared_ptr<LayerSeries> LayerRoster::seriesOf(std::vector<TimedSource> steps, std::size_t first,
+                                                   std::size_t layer) {
+  const auto make = [this, layer](LayerSource::Pointer source) -> io::Result<std::shared_ptr<LayerTiles>> {
+    if (auto wrong = misfit(source->info(), tiling_, body_, raster::Kind::imagery, layout_[layer].pixels))
+      return tl::unexpected(std::move(*wrong));
+    return std::make_shared<LayerTiles>(std::move(source), layerBudgetBytes_, ledger_);
+  };
+  auto series = std::make_shared<LayerSeries>(std::move(steps), first, make, bell_);
+  series->setClock(time_s_, forwards_);
+  return series;
+}
+
+/// What the entry opens becomes the list of steps, and then the step that the clock had when the globe was made.
+void LayerRoster::openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer) {
+  entry.steps = std::make_shared<Entry::Steps>();
+  entry.source.opening = [steps = entry.steps, openSteps = layer.openSteps,
+                          time_s = time_s_]() -> io::Result<LayerSource::Pointer> {
+    auto all = openSteps();
+    if (!all) return tl::unexpected(std::move(all.error()));
+    steps->all = std::move(*all);
+    steps->first = stepAt(steps->all, time_s);
+    const LayerSource& first = steps->all[steps->first].source;
+    return first.open ? io::Result<LayerSource::Pointer>(first.open) : first.opening();
+  };
 }
 
 int LayerRoster::cellsOf(const Entry& entry) const {
@@ -174,6 +217,8 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
     entry.state = Entry::State::failed;
     ledger_->add(std::move(*wrong));
   } else {
+    if (entry.steps)
+      layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);
     fetchRoots(entry);
   }
 }
@@ -206,6 +251,9 @@ bool LayerRoster::advance(Clock::time_point now) {
       changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
     }
   }
+  for (const ImageryLayout& layout : layout_) {
+    if (layout.series) layout.series->advance(now, *opener_, *ledger_);
+  }
   return changed;
 }
 
@@ -214,7 +262,43 @@ bool LayerRoster::isDue(Clock::time_point now) const {
     return entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt;
   };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
-         std::any_of(imagery_.begin(), imagery_.end(), isDueNow);
+         std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
+         std::any_of(layout_.begin(), layout_.end(),
+                     [&](const ImageryLayout& layout) { return layout.series && layout.series->isDue(now); });
+}
+
+void LayerRoster::setClock(double time_s, bool forwards) {
+  time_s_ = time_s;
+  forwards_ = forwards;
+  for (const ImageryLayout& layout : layout_) {
+    if (layout.series) layout.series->setClock(time_s, forwards);
+  }
+}
+
+std::vector<std::shared_ptr<LayerTiles>> LayerRoster::upcoming() const {
+  std::vector<std::shared_ptr<LayerTiles>> out;
+  for (const ImageryLayout& layout : layout_) {
+    auto tiles = layout.series ? layout.series->upcoming() : nullptr;
+    if (tiles) out.push_back(std::move(tiles));
+  }
+  return out;
+}
+
+int LayerRoster::stepsComing() const {
+  return static_cast<int>(std::count_if(layout_.begin(), layout_.end(), [](const ImageryLayout& layout) {
+    return layout.series && layout.series->isComing();
+  }));
+}
+
+/// A series shows its first step from here on, and others as the clock goes.
+void LayerRoster::join(Entry& entry, ColourLayers::Layer& layer) {
+  const auto& series = layout_[entry.layer].series;
+  if (!series) {
+    layer.sets.push_back(entry.tiles);
+    return;
+  }
+  layer.step = series->current();
+  if (entry.tiles) series->join(std::exchange(entry.tiles, nullptr));
 }
 
 ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
@@ -231,7 +315,7 @@ ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
   }
   for (const auto& entry : imagery_) {
     entry->isTold = entry->state == Entry::State::ready;
-    if (entry->isTold) colours[entry->layer].sets.push_back(entry->tiles);
+    if (entry->isTold) join(*entry, colours[entry->layer]);
   }
   return {.tiling = tiling_,
           .ellipsoid = body_.ellipsoid,
@@ -269,6 +353,8 @@ std::uint64_t LayerRoster::bytes() const {
     for (const auto& entry : *all)
       bytes += entry->tiles ? entry->tiles->bytes() : 0;
   }
+  for (const ImageryLayout& layout : layout_)
+    bytes += layout.series ? layout.series->bytes() : 0;
   return bytes;
 }
 

@@ -8,6 +8,7 @@
 
 #include "io/executor.h"
 #include "scene/globe_layers.h"
+#include "scene/layer_series.h"
 #include "scene/scene_file.h"
 #include "scene/tile_content.h"
 #include "scene/tile_fetching.h"
@@ -39,6 +40,12 @@ class LayerRoster {
   ContentMaker maker(bool regularMesh, bool compressTextures);
   /// Of all elevation that maker() told: samples of parents are samples of their children.
   bool groundIsNested() const;
+  /// The time that layers with time steps show; forwards: which way it goes.
+  void setClock(double time_s, bool forwards);
+  /// The steps that come next in the direction of the clock, as far as they are open.
+  std::vector<std::shared_ptr<LayerTiles>> upcoming() const;
+  /// Layers whose step of the clock is not open yet.
+  int stepsComing() const;
   /// Roots of what maker() told have been made, so their data may go.
   void rootsAreMade();
 
@@ -53,22 +60,28 @@ class LayerRoster {
   struct Entry;
   LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
   Entry& add(raster::Kind kind, LayerSource source, std::size_t layer);
+  std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
+  void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
   void takeOpened(Entry& entry, Clock::time_point now);
   void fetchRoots(Entry& entry);
+  void join(Entry& entry, ColourLayers::Layer& layer);
   static bool rootsAreHere(const Entry& entry);
 
   tiling::Tiling tiling_;
   geo::Body body_;
   TileFetches& fetches_;
   Doorbell& bell_;
+  double time_s_;         ///< of the clock
+  bool forwards_ = true;  ///< which way it goes
   std::shared_ptr<LoadLedger> ledger_;
   std::uint64_t layerBudgetBytes_ = 0;
   int cells_ = raster::kElevationCells;
   struct ImageryLayout {
     int pixels = raster::kImageryPixels;  ///< a side of a tile, of all data sets of the layer
     bool nightLights = false;
+    std::shared_ptr<LayerSeries> series;  ///< of a layer that follows the clock
   };
   std::vector<ImageryLayout> layout_;  ///< an imagery layer each
   std::vector<std::unique_ptr<Entry>> elevation_;

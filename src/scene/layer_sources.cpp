@@ -10,18 +10,22 @@
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <string_view>
 #include <thread>
 
 #include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
+#include "raster/derived_tiles.h"
 #include "raster/grid_tile_source.h"
 #include "raster/image_catalogue.h"
 #include "raster/live_raster.h"
 #include "raster/raster_file.h"
 #include "raster/service.h"
 #include "raster/service_url.h"
+#include "raster/time_extent.h"
 #include "scene/layer_entry.h"
 
 namespace tellurion::scene {
@@ -163,6 +167,28 @@ LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind
   return {opening, raster::withoutSecrets(service.source)};
 }
 
+/// The latest that count of a server with more.
+constexpr std::size_t kMostSteps = 20000;
+
+/// The steps of a layer that follows the clock; its capabilities are asked for again by each, and found in the cache.
+auto serviceSteps(const raster::ServiceLayer& service, const Scene& scene, const ServiceUse& use) {
+  return [service, scene, use]() -> io::Result<std::vector<TimedSource>> {
+    raster::ServiceLayer each = service;
+    each.time.clear();
+    const auto grid = raster::openService(each, raster::Kind::imagery, scene.body, *use.resources);
+    if (!grid) return tl::unexpected(grid.error());
+    std::vector<TimedSource> out;
+    for (raster::TimeStep& step : raster::timeSteps(grid->times, kMostSteps)) {
+      each.time = std::move(step.name);
+      out.push_back({.time_s = step.time_s, .source = serviceSource(each, raster::Kind::imagery, scene, use)});
+    }
+    if (out.empty())
+      return io::fail(Code::invalidArgument, "the layer has no times; take time = \"clock\" out",
+                      raster::withoutSecrets(service.source));
+    return out;
+  };
+}
+
 io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind kind, const Scene& scene,
                                         const BuildSink& progress) {
   auto catalogue = raster::openCatalogue(path, kind, scene.tiling);
@@ -173,10 +199,68 @@ io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind ki
   return std::move(catalogue->tiles);
 }
 
+/// A source that several layers are made of: opened once, by whichever needs it first. Thread-safe.
+class SharedSource {
+ public:
+  explicit SharedSource(LayerSource source) : source_(std::move(source)) {}
+
+  io::Result<LayerSource::Pointer> get() {
+    const std::lock_guard lock(mutex_);
+    if (!source_.open) {
+      auto opened = source_.opening();
+      if (!opened) return tl::unexpected(std::move(opened.error()));
+      source_.open = std::move(*opened);
+    }
+    return source_.open;
+  }
+  bool isOpen() {
+    const std::lock_guard lock(mutex_);
+    return source_.open != nullptr;
+  }
+  const std::string& name() const { return source_.name; }
+
+ private:
+  std::mutex mutex_;
+  LayerSource source_;
+};
+using SharedSources = std::vector<std::shared_ptr<SharedSource>>;
+
+LayerSource layerOf(const std::shared_ptr<SharedSource>& source) {
+  if (source->isOpen()) return {*source->get()};
+  return {[source] { return source->get(); }, source->name()};
+}
+
+/// Of all that can be opened; while one may come yet, it is waited for.
+io::Result<LayerSource::Pointer> derivedOf(const SharedSources& heights, const raster::HeightColours& colours) {
+  std::vector<LayerSource::Pointer> open;
+  std::optional<io::Failure> failure;
+  for (const auto& source : heights) {
+    auto opened = source->get();
+    if (opened) {
+      open.push_back(std::move(*opened));
+      continue;
+    }
+    if (opened.error().code == Code::ioError) return opened;
+    failure = std::move(opened.error());
+  }
+  if (open.empty() && failure) return tl::unexpected(std::move(*failure));
+  return raster::derivedTileSource(std::move(open), colours);
+}
+
+io::Result<LayerSource> derivedLayer(const SharedSources& heights, const raster::HeightColours& colours) {
+  const bool isHere = std::ranges::all_of(heights, [](const auto& source) { return source->isOpen(); });
+  if (!isHere) return LayerSource([heights, colours] { return derivedOf(heights, colours); }, heights.back()->name());
+  auto derived = derivedOf(heights, colours);
+  if (!derived) return tl::unexpected(std::move(derived.error()));
+  return LayerSource(std::move(*derived));
+}
+
 template <class Layer>
 io::Result<LayerSource> openLayer(const Layer& layer, raster::Kind kind, const Scene& scene, const ServiceUse& use,
                                   const BuildSink& progress, const std::stop_token& stop) {
-  if (layer.from == SourceKind::service) return serviceSource(layer.service, kind, scene, use);
+  if constexpr (requires { layer.service; }) {
+    if (layer.from == SourceKind::service) return serviceSource(layer.service, kind, scene, use);
+  }
   auto source = [&]() -> io::Result<SourcePointer> {
     if (layer.from == SourceKind::live) return raster::liveRaster(layer.source, kind, scene.tiling);
     if (layer.from == SourceKind::catalogue) return openCatalogue(layer.source, kind, scene, progress);
@@ -184,6 +268,17 @@ io::Result<LayerSource> openLayer(const Layer& layer, raster::Kind kind, const S
   }();
   if (!source) return tl::unexpected(std::move(source.error()));
   return LayerSource(std::move(*source));
+}
+
+io::Result<std::vector<TimedSource>> openTimes(const ImageryLayer& layer, const Scene& scene, const ServiceUse& use,
+                                               const BuildSink& progress, const std::stop_token& stop) {
+  std::vector<TimedSource> steps;
+  for (const TimedFile& file : layer.times) {
+    auto source = openLayer(file, raster::Kind::imagery, scene, use, progress, stop);
+    if (!source) return tl::unexpected(std::move(source.error()));
+    steps.push_back({.time_s = file.time_s, .source = std::move(*source)});
+  }
+  return steps;
 }
 
 }  // namespace
@@ -206,21 +301,46 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
                                    const io::ResourceOptions& online, std::uint64_t imageBytes) {
   GlobeLayers layers;
   const auto isService = [](const auto& layer) { return layer.from == SourceKind::service; };
-  const auto services = std::count_if(scene.elevation.begin(), scene.elevation.end(), isService) +
-                        std::count_if(scene.imagery.begin(), scene.imagery.end(), isService);
+  const auto services =
+      std::count_if(scene.elevation.begin(), scene.elevation.end(), isService) +
+      std::count_if(scene.imagery.begin(), scene.imagery.end(), [&](const ImageryLayer& layer) {
+        return isService(layer) || (layer.derived && layer.derived->of && isService(*layer.derived->of));
+      });
   if (services > 0) layers.resources = std::make_shared<io::Resources>(withCacheFile(online));
   const ServiceUse use{.resources = layers.resources,
                        .imageBytes = imageBytes / static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(services, 1))};
+  const auto openImagery = [&](const ImageryLayer& layer, const SharedSources& heights) -> io::Result<LayerSource> {
+    if (!layer.derived) return openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
+    if (!layer.derived->of) return derivedLayer(heights, layer.derived->colours);
+    auto own = openLayer(*layer.derived->of, raster::Kind::elevation, scene, use, progress, stop);
+    if (!own) return own;
+    return derivedLayer({std::make_shared<SharedSource>(std::move(*own))}, layer.derived->colours);
+  };
+  SharedSources heights;
   for (const ElevationLayer& layer : scene.elevation) {
     auto source = openLayer(layer, raster::Kind::elevation, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
-    source->seam_m = layer.seam_m;
-    layers.elevation.push_back(std::move(*source));
+    heights.push_back(std::make_shared<SharedSource>(std::move(*source)));
+    layers.elevation.push_back(layerOf(heights.back()));
+    layers.elevation.back().seam_m = layer.seam_m;
   }
   for (const ImageryLayer& layer : scene.imagery) {
-    auto source = openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
+    if (!layer.times.empty()) {
+      auto steps = openTimes(layer, scene, use, progress, stop);
+      if (!steps) return tl::unexpected(std::move(steps.error()));
+      layers.imagery.push_back({.steps = std::move(*steps), .look = layer.look, .name = layer.name});
+      continue;
+    }
+    if (layer.from == SourceKind::service && layer.service.time == kClockTime) {
+      layers.imagery.push_back({.source = serviceSource(layer.service, raster::Kind::imagery, scene, use),
+                                .openSteps = serviceSteps(layer.service, scene, use),
+                                .look = layer.look,
+                                .name = layer.name});
+      continue;
+    }
+    auto source = openImagery(layer, heights);
     if (!source) return tl::unexpected(std::move(source.error()));
-    layers.imagery.push_back({.source = std::move(*source), .alsoFrom = {}, .look = layer.look, .name = layer.name});
+    layers.imagery.push_back({.source = std::move(*source), .look = layer.look, .name = layer.name});
     for (const std::string& path : layer.alsoFrom) {
       auto further = openSource(path, raster::Kind::imagery, scene, progress, stop);
       if (!further) return tl::unexpected(std::move(further.error()));

@@ -179,5 +179,30 @@ TEST_F(LayerSources, whatIsNoRasterIsAFailureThatNamesIt) {
   EXPECT_FALSE(openLayers(handMade, {}));
 }
 
+TEST_F(LayerSources, picturesOfHeightsAreOpenWhenTheHeightsAre) {
+  Scene scene{.body = geo::mars()};
+  const ElevationLayer mola{.source = kData + "mars/mola_dem_4ppd.tif", .from = SourceKind::live};
+  scene.imagery.push_back({.derived = DerivedImagery{.colours = raster::Hillshade{}, .of = mola}});
+  auto layers = openLayers(scene, {});
+  ASSERT_TRUE(layers) << io::describe(layers.error());
+  ASSERT_TRUE(layers->imagery[0].source.open);
+  EXPECT_EQ(layers->imagery[0].source.open->info().kind, raster::Kind::imagery);
+  EXPECT_EQ(layers->imagery[0].source.open->info().maxLevel, 1);
+
+  // One of two heights lies on a server that is not there: the pictures of both wait as that does.
+  scene.elevation = {mola,
+                     {.source = "http://127.0.0.1:9/",
+                      .from = SourceKind::service,
+                      .service = {.source = "http://127.0.0.1:9/", .type = "nonsense"}}};
+  scene.imagery[0].derived->of.reset();
+  layers = openLayers(scene, {});
+  ASSERT_TRUE(layers) << io::describe(layers.error());
+  ASSERT_FALSE(layers->imagery[0].source.open);
+  // It never will be there: those of the other come.
+  const auto rest = layers->imagery[0].source.opening();
+  ASSERT_TRUE(rest) << io::describe(rest.error());
+  EXPECT_EQ((*rest)->info().maxLevel, 1);
+}
+
 }  // namespace
 }  // namespace tellurion::scene

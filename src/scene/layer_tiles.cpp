@@ -192,6 +192,12 @@ int LayerTiles::storedLevel(const tiling::TileId& id) {
   return -1;
 }
 
+bool LayerTiles::isFull() const {
+  constexpr double kNearlyAll = 0.9;
+  const std::lock_guard lock(mutex_);
+  return static_cast<double>(bytes_) >= kNearlyAll * static_cast<double>(budgetBytes_);
+}
+
 std::uint64_t LayerTiles::bytes() const {
   const std::lock_guard lock(mutex_);
   return bytes_ + known_.size() * kKnownBytes;

@@ -65,6 +65,8 @@ class LayerTiles {
   }
   /// Of decoded tiles and of what is known of others.
   std::uint64_t bytes() const;
+  /// Another tile may drive out one that is kept.
+  bool isFull() const;
 
  private:
   struct Entry {

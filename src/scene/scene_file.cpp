@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "raster/service_url.h"
+#include "raster/time_extent.h"
 #include "scene/layer_entry.h"
 
 namespace tellurion::scene {
@@ -25,6 +26,9 @@ constexpr std::array<std::string_view, 17> kServiceKeys{
     "matrix_set",  "encoding",  "scale",     "offset", "nodata",     "level_zero_degrees",
     "tile_pixels", "min_level", "max_level", "bounds", "attribution"};
 constexpr int kDeepestServiceLevel = 30;
+constexpr double kFastestClock = 1e11;     ///< scene seconds a second
+constexpr std::size_t kMostTimes = 10000;  ///< of a layer
+constexpr std::size_t kMostStops = 1000;   ///< of a ramp of colours
 
 /// What a scene file's reader throws within this file; it leaves as a value.
 struct Wrong {
@@ -36,7 +40,7 @@ class SceneReader {
   explicit SceneReader(const std::string& path) : path_(path), folder_(fs::path(path).parent_path()) {}
 
   Scene read(const toml::table& root) const {
-    allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "background"});
+    allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "background", "clock"});
     Scene scene;
     scene.name = stringAt(root, "name").value_or(path_);
     if (const auto* node = root.get("body")) scene.body = body(*node);
@@ -44,8 +48,9 @@ class SceneReader {
     for (const toml::table* layer : tablesAt(root, "elevation"))
       scene.elevation.push_back(elevation(*layer));
     for (const toml::table* layer : tablesAt(root, "imagery"))
-      scene.imagery.push_back(imagery(*layer));
+      scene.imagery.push_back(imagery(*layer, scene));
     if (const auto* node = root.get("light")) scene.lighting = light(table(*node, "light"));
+    if (const auto* node = root.get("clock")) scene.clock = clock(table(*node, "clock"));
     if (const auto* node = root.get("background")) scene.background = colour(*node);
     return scene;
   }
@@ -202,7 +207,8 @@ class SceneReader {
     const Words services{"wms", "wmts", "tms", "xyz", "worldwind"};
     if (std::find(services.begin(), services.end(), type) == services.end()) {
       complain(layer.get("type")->source(),
-               fmt::format("no type '{}'; allowed: {}, live, catalogue", type, fmt::join(services, ", ")));
+               fmt::format("no type '{}'; allowed: {}, live, catalogue; of imagery also hillshade, slope, palette",
+                           type, fmt::join(services, ", ")));
     }
     return SourceKind::service;
   }
@@ -267,22 +273,160 @@ class SceneReader {
     ElevationLayer out;
     readSource(layer, "elevation", out);
     if (const toml::node* node = layer.get("seam_m")) out.seam_m = number(*node, "seam_m", 0.0, 1e7);
+    if (out.service.time == kClockTime)
+      complain(layer.get("time")->source(), "heights do not follow the clock; give one time, or take 'time' out");
     return out;
   }
 
-  ImageryLayer imagery(const toml::table& layer) const {
-    allow(layer, withServiceKeys({"source", "type", "name", "role", "visible", "opacity", "blend", "brightness",
-                                  "contrast", "saturation", "gamma"}));
+  ImageryLayer imagery(const toml::table& layer, const Scene& scene) const {
+    const std::string type = stringAt(layer, "type").value_or("");
+    if (type == "hillshade" || type == "slope" || type == "palette") return derivedImagery(layer, type, scene);
+    allow(layer, withServiceKeys({"source", "type", "name", "role", "times", "visible", "opacity", "blend",
+                                  "brightness", "contrast", "saturation", "gamma"}));
     ImageryLayer out;
     out.name = stringAt(layer, "name").value_or("");
     out.look = look(layer);
-    readSource(layer, "imagery", out);
+    if (const toml::node* node = layer.get("times")) {
+      out.times = times(layer, *node);
+    } else {
+      readSource(layer, "imagery", out);
+    }
     if (const toml::node* node = layer.get("role")) {
       const std::string role = string(*node, "role");
       if (role != "colour" && role != "night_lights") {
         complain(node->source(), fmt::format("no role '{}'; allowed: colour, night_lights", role));
       }
       out.look.nightLights = role == "night_lights";
+    }
+    return out;
+  }
+
+  /// A picture of the heights that are known so far.
+  ImageryLayer derivedImagery(const toml::table& layer, const std::string& type, const Scene& scene) const {
+    Words keys{"type",
+               "of",
+               "name",
+               "visible",
+               "opacity",
+               "blend",
+               "brightness",
+               "gamma",
+               "saturation",
+               "contrast",
+               type == "hillshade" ? "sun_azimuth" : "stops"};
+    if (type == "hillshade") keys.emplace_back("sun_altitude");
+    if (type != "palette") keys.emplace_back("exaggeration");
+    allow(layer, keys);
+    ImageryLayer out;
+    out.name = stringAt(layer, "name").value_or(type);
+    out.look = look(layer);
+    out.derived.emplace();
+    const double exaggeration = numberAt(layer, "exaggeration", 0.0, 100.0, 1.0);
+    if (type == "hillshade") {
+      const auto angle = [&](std::string_view key, double low, double high, geo::Angle otherwise) {
+        return geo::Angle::degrees(numberAt(layer, key, low, high, otherwise.degrees()));
+      };
+      const raster::Hillshade usual;
+      out.derived->colours = raster::Hillshade{.sunAzimuth = angle("sun_azimuth", -360.0, 360.0, usual.sunAzimuth),
+                                               .sunAltitude = angle("sun_altitude", 0.0, 90.0, usual.sunAltitude),
+                                               .exaggeration = exaggeration};
+    } else if (type == "slope") {
+      out.derived->colours = raster::SlopeColours{.stops = stops(layer, {}), .exaggeration = exaggeration};
+    } else {
+      out.derived->colours = raster::Palette{stops(layer, scene.body.name)};
+    }
+    if (const toml::node* node = layer.get("of")) {
+      out.derived->of = heightsOf(*node);
+    } else if (scene.elevation.empty()) {
+      complain(layer.source(), fmt::format("a {} is made of heights; give the scene an [[elevation]] layer, or the "
+                                           "layer a source of them with of = \"FILE\"",
+                                           type));
+    }
+    return out;
+  }
+
+  /// A path or URL, or a table like one of [[elevation]].
+  ElevationLayer heightsOf(const toml::node& node) const {
+    if (node.is_table()) return elevation(*node.as_table());
+    ElevationLayer out;
+    out.source = sourceAt(node);
+    out.from = sourceKindOf(out.source);
+    std::error_code error;
+    if (out.from == SourceKind::service) {
+      out.service.source = out.source;
+    } else if (!fs::exists(out.source, error)) {
+      complain(node.source(), absence(out.source, "elevation"), Code::notFound);
+    }
+    return out;
+  }
+
+  /// Of slopes (no body), or of the heights of a body.
+  std::vector<raster::ColourStop> stops(const toml::table& layer, std::string_view body) const {
+    const toml::node* node = layer.get("stops");
+    const bool isOfHeights = !body.empty();
+    const bool isNamed = isOfHeights && (node == nullptr || node->is_string());
+    if (!isNamed && node != nullptr) return stopsIn(*node, isOfHeights ? 1e7 : 90.0);
+    const std::string name = node != nullptr ? string(*node, "stops") : std::string(body);
+    const auto ramp = isOfHeights ? raster::heightRamp(name) : raster::slopeRamp();
+    if (ramp.empty()) {
+      complain(node != nullptr ? node->source() : layer.source(),
+               fmt::format("no palette '{}'; 'stops' may be \"earth\", \"mars\", \"moon\" or "
+                           "[[height_m, \"RRGGBB\"], ...]",
+                           name));
+    }
+    return {ramp.begin(), ramp.end()};
+  }
+
+  std::vector<raster::ColourStop> stopsIn(const toml::node& node, double largest) const {
+    const toml::array* list = node.as_array();
+    if (list == nullptr || list->empty() || list->size() > kMostStops) {
+      complain(node.source(), fmt::format("'stops' must be a list of 1 to {} of [number, \"RRGGBB\"]", kMostStops));
+    }
+    std::vector<raster::ColourStop> out;
+    for (const toml::node& each : *list) {
+      const toml::array* stop = each.as_array();
+      if (stop == nullptr || stop->size() != 2) complain(each.source(), "each of 'stops' must be [number, \"RRGGBB\"]");
+      const double value = number(*stop->get(0), "stops", -largest, largest);
+      if (!out.empty() && value < out.back().value) complain(each.source(), "'stops' must ascend");
+      const auto rgb = hexColour(*stop->get(1), "stops");
+      out.push_back({.value = value, .colour = {rgb[0], rgb[1], rgb[2], 255}});
+    }
+    return out;
+  }
+
+  double time(const toml::node& node, std::string_view key) const {
+    const auto seconds = raster::secondsOfTime(string(node, key));
+    if (!seconds) complain(node.source(), fmt::format("'{}' must be a time like \"2004-01-31T12:00:00Z\"", key));
+    return *seconds;
+  }
+
+  SceneClock clock(const toml::table& fields) const {
+    allow(fields, {"start", "end", "rate", "step"});
+    SceneClock out;
+    if (const toml::node* node = fields.get("start")) out.start_s = time(*node, "start");
+    if (const toml::node* node = fields.get("end")) out.end_s = time(*node, "end");
+    out.rate = numberAt(fields, "rate", -kFastestClock, kFastestClock, out.rate);
+    out.step_s = numberAt(fields, "step", 1e-3, kFastestClock, out.step_s);
+    return out;
+  }
+
+  std::vector<TimedFile> times(const toml::table& layer, const toml::node& node) const {
+    if (layer.get("source") != nullptr) complain(node.source(), "a layer has either 'source' or 'times'");
+    const std::string type = stringAt(layer, "type").value_or("");
+    const toml::array* list = node.as_array();
+    if (list == nullptr || list->empty() || list->size() > kMostTimes)
+      complain(node.source(), fmt::format("'times' must be a list of 1 to {} of [\"TIME\", \"FILE\"]", kMostTimes));
+    std::vector<TimedFile> out;
+    for (const toml::node& each : *list) {
+      const toml::array* pair = each.as_array();
+      if (pair == nullptr || pair->size() != 2) complain(each.source(), "each of 'times' must be [\"TIME\", \"FILE\"]");
+      TimedFile file{.time_s = time(*pair->get(0), "times"), .source = sourceAt(*pair->get(1))};
+      file.from = kindOfSource(layer, type, file.source);
+      if (file.from == SourceKind::service) complain(each.source(), "'times' is a list of files of this machine");
+      std::error_code error;
+      if (!fs::exists(file.source, error)) complain(each.source(), absence(file.source, "imagery"), Code::notFound);
+      if (!out.empty() && file.time_s <= out.back().time_s) complain(each.source(), "'times' must ascend");
+      out.push_back(std::move(file));
     }
     return out;
   }
@@ -328,13 +472,19 @@ class SceneReader {
   }
 
   std::array<float, 3> colour(const toml::node& node) const {
-    const std::string text = string(node, "background");
+    const auto rgb = hexColour(node, "background");
+    return {rgb[0] / 255.0f, rgb[1] / 255.0f, rgb[2] / 255.0f};
+  }
+
+  /// "RRGGBB", with or without a "#" before it.
+  std::array<std::uint8_t, 3> hexColour(const toml::node& node, std::string_view key) const {
+    std::string text = string(node, key);
+    if (text.starts_with('#')) text.erase(0, 1);
     const bool isHex = text.size() == 6 && text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
-    if (!isHex) complain(node.source(), "'background' must be a colour \"RRGGBB\" in hexadecimal digits");
-    std::array<float, 3> out{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      out[i] = static_cast<float>(std::stoul(text.substr(2 * i, 2), nullptr, 16)) / 255.0f;
-    }
+    if (!isHex) complain(node.source(), fmt::format("'{}' must be a colour \"RRGGBB\" in hexadecimal digits", key));
+    std::array<std::uint8_t, 3> out{};
+    for (std::size_t i = 0; i < 3; ++i)
+      out[i] = static_cast<std::uint8_t>(std::stoul(text.substr(2 * i, 2), nullptr, 16));
     return out;
   }
 

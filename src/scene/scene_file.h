@@ -9,8 +9,10 @@
 #include "geo/body.h"
 #include "geo/geodetic.h"
 #include "io/failure.h"
+#include "raster/height_colours.h"
 #include "raster/service.h"
 #include "scene/layer_look.h"
+#include "scene/scene_clock.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -32,6 +34,22 @@ struct ElevationLayer {
   std::optional<double> seam_m;
 };
 
+/// A picture of heights: hillshade, slope or a palette.
+struct DerivedImagery {
+  raster::HeightColours colours;
+  std::optional<ElevationLayer> of;  ///< nothing: all elevation layers of the scene
+};
+
+/// A picture of a layer at a time and until the next.
+struct TimedFile {
+  double time_s = 0.0;  ///< seconds since 1970-01-01T00:00:00Z
+  std::string source;   ///< as ImageryLayer has it
+  SourceKind from = SourceKind::file;
+};
+
+/// ServiceLayer::time of an imagery layer that follows the clock.
+inline constexpr std::string_view kClockTime = "clock";
+
 /// Colours, or the lights of the night. Later layers lie over earlier ones.
 struct ImageryLayer {
   std::string name;  ///< for people; empty: the source's
@@ -41,7 +59,9 @@ struct ImageryLayer {
   /// Further data sets of the layer, of this machine: at each place the finest that has data counts, of equally fine
   /// ones the later.
   std::vector<std::string> alsoFrom;
-  LayerLook look;  ///< at first (Globe::imageryLooks)
+  std::optional<DerivedImagery> derived;  ///< in place of all sources
+  std::vector<TimedFile> times;           ///< likewise: in the order of time, the layer follows the clock
+  LayerLook look;                         ///< at first (Globe::imageryLooks)
 };
 
 /// Where the light comes from. The default lights relief from one side whatever the view.
@@ -65,6 +85,7 @@ struct Scene {
   std::vector<ElevationLayer> elevation;  ///< bottom first
   std::vector<ImageryLayer> imagery;      ///< bottom first
   Lighting lighting;
+  SceneClock clock;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
 };
 

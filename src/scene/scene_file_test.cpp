@@ -239,7 +239,8 @@ TEST_F(SceneFile, wrongEntriesOfServersAreNamedWhereTheyStand) {
   EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nlayers = 'a'").substr(0, 26), "3:1 unknown key 'layers'; ");
   EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nlayer = 3"), "3:9 'layer' must be a text in quotes");
   EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\ntype = 'wcs'"),
-            "3:8 no type 'wcs'; allowed: wms, wmts, tms, xyz, worldwind, live, catalogue");
+            "3:8 no type 'wcs'; allowed: wms, wmts, tms, xyz, worldwind, live, catalogue; of imagery also "
+            "hillshade, slope, palette");
   EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nmax_level = 2.5"),
             "3:13 'max_level' must be a whole number from 0 to 30");
   EXPECT_EQ(bad("[[imagery]]\nsource = 'http://h/wms'\nbounds = [1, 2, 3]"),
@@ -260,6 +261,103 @@ TEST(OpenScene, aUrlIsASceneWithOneLayer) {
   EXPECT_EQ(scene.body.name, "earth");
   EXPECT_TRUE(scene.elevation.empty());
   EXPECT_EQ(openScene("https://127.0.0.1/{z}/{x}/{y}.jpg")->imagery.at(0).service.layer, "");
+}
+
+TEST_F(SceneFile, picturesOfHeights) {
+  const Scene scene = good(R"(
+body = "mars"
+[[elevation]]
+source = "a.tdb"
+[[imagery]]
+type = "palette"
+[[imagery]]
+type = "palette"
+stops = [[-10, "#000000"], [20.5, "10FF20"]]
+name = "two"
+[[imagery]]
+type = "hillshade"
+sun_azimuth = 90
+sun_altitude = 20
+exaggeration = 3
+blend = "multiply"
+opacity = 0.5
+[[imagery]]
+type = "slope"
+of = "b.tif"
+[[imagery]]
+type = "hillshade"
+of = { source = "http://127.0.0.1:1/wms", layer = "dem", encoding = "terrarium" }
+)");
+  ASSERT_EQ(scene.imagery.size(), 5u);
+  const auto stopsOf = [&](std::size_t i) {
+    return std::get<raster::Palette>(scene.imagery[i].derived->colours).stops;
+  };
+  EXPECT_EQ(scene.imagery[0].name, "palette");
+  EXPECT_EQ(stopsOf(0).front().value, raster::heightRamp("mars").front().value);
+  ASSERT_EQ(stopsOf(1).size(), 2u);
+  EXPECT_EQ(stopsOf(1)[1].value, 20.5);
+  EXPECT_EQ(stopsOf(1)[1].colour, (raster::Rgba8{16, 255, 32, 255}));
+  EXPECT_EQ(scene.imagery[1].name, "two");
+  const auto shade = std::get<raster::Hillshade>(scene.imagery[2].derived->colours);
+  EXPECT_NEAR(shade.sunAzimuth.degrees(), 90.0, 1e-12);
+  EXPECT_NEAR(shade.sunAltitude.degrees(), 20.0, 1e-12);
+  EXPECT_EQ(shade.exaggeration, 3.0);
+  EXPECT_FALSE(scene.imagery[2].derived->of);
+  EXPECT_EQ(scene.imagery[2].look.blend, BlendMode::multiply);
+  EXPECT_EQ(scene.imagery[2].look.opacity, 0.5);
+  EXPECT_EQ(scene.imagery[3].derived->of->source, (folder / "b.tif").string());
+  EXPECT_EQ(scene.imagery[4].derived->of->from, SourceKind::service);
+  EXPECT_EQ(scene.imagery[4].derived->of->service.layer, "dem");
+}
+
+TEST_F(SceneFile, picturesOfHeightsThatCannotBe) {
+  EXPECT_EQ(bad("[[imagery]]\ntype = 'slope'"),
+            "1:1 a slope is made of heights; give the scene an [[elevation]] layer, or the layer a source of them with "
+            "of = \"FILE\"");
+  EXPECT_EQ(bad("[[imagery]]\ntype = 'slope'\nof = 'b.tif'\nsun_azimuth = 3").substr(0, 30),
+            "4:1 unknown key 'sun_azimuth';");
+  EXPECT_EQ(bad("[[imagery]]\ntype = 'palette'\nof = 'b.tif'\nstops = [[3, '000000'], [2, '000000']]"),
+            "4:25 'stops' must ascend");
+  EXPECT_EQ(bad("[[imagery]]\ntype = 'palette'\nof = 'b.tif'\nstops = 'pluto'"),
+            "4:9 no palette 'pluto'; 'stops' may be \"earth\", \"mars\", \"moon\" or [[height_m, \"RRGGBB\"], ...]");
+  EXPECT_EQ(bad("body = { semi_major_axis_m = 9.0 }\n[[imagery]]\ntype = 'palette'\nof = 'b.tif'").substr(0, 24),
+            "2:1 no palette 'own'; 's");
+  EXPECT_EQ(bad("[[imagery]]\ntype = 'hillshade'\nof = 'none.tif'").substr(0, 23), "3:6 there is no file /t");
+}
+
+TEST_F(SceneFile, theClockAndWhatFollowsIt) {
+  const Scene scene = good(R"(
+[clock]
+start = "2004-01-01T00:00:00Z"
+end = "2004-12-31"
+rate = -3600
+step = 60.5
+[[imagery]]
+times = [["2004-01-01T00:00:00Z", "a.tdb"], ["2004-02", "b.tif"]]
+opacity = 0.5
+[[imagery]]
+type = "live"
+times = [["1970-01-02", "b.tif"]]
+)");
+  EXPECT_EQ(scene.clock.start_s, 1072915200.0);
+  EXPECT_EQ(scene.clock.end_s, 1104451200.0);
+  EXPECT_EQ(scene.clock.rate, -3600.0);
+  EXPECT_EQ(scene.clock.step_s, 60.5);
+  ASSERT_EQ(scene.imagery.size(), 2u);
+  ASSERT_EQ(scene.imagery[0].times.size(), 2u);
+  EXPECT_EQ(scene.imagery[0].times[1].time_s, 1075593600.0);
+  EXPECT_EQ(scene.imagery[0].times[1].source, (folder / "b.tif").string());
+  EXPECT_EQ(scene.imagery[0].look.opacity, 0.5);
+  EXPECT_EQ(scene.imagery[1].times[0].time_s, 86400.0);
+  EXPECT_EQ(scene.imagery[1].times[0].from, SourceKind::live);
+  EXPECT_FALSE(good("").clock.start_s);
+
+  EXPECT_EQ(bad("[clock]\nstart = 'noon'"), "2:9 'start' must be a time like \"2004-01-31T12:00:00Z\"");
+  EXPECT_EQ(bad("[[imagery]]\nsource = 'a.tdb'\ntimes = [['2004', 'a.tdb']]").substr(4),
+            "a layer has either 'source' or 'times'");
+  EXPECT_EQ(bad("[[imagery]]\ntimes = [['2004', 'a.tdb'], ['2003', 'b.tif']]").substr(5), "'times' must ascend");
+  EXPECT_EQ(bad("[[imagery]]\ntimes = [['2004', 'http://127.0.0.1/wms']]").substr(5),
+            "'times' is a list of files of this machine");
 }
 
 }  // namespace

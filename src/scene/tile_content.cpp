@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "scene/texture_image.h"
 
@@ -10,6 +11,13 @@ namespace {
 
 std::uint64_t bytesOf(const TextureImage& image) {
   return sizeof(TextureImage) + pixelBytes(image);
+}
+
+std::uint64_t bytesOf(const std::vector<LayerPicture>& pictures) {
+  std::uint64_t bytes = 0;
+  for (const LayerPicture& picture : pictures)
+    bytes += sizeof(LayerPicture) + (picture.isOwn && picture.image ? bytesOf(*picture.image) : 0);
+  return bytes;
 }
 
 std::uint64_t bytesOf(const TerrainMesh& mesh) {
@@ -58,11 +66,17 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   addRelief(composed, id, parent, grid, *content);
   content->pictures =
       colours.pictures(id, parent != nullptr ? std::span(parent->pictures) : std::span<const LayerPicture>());
-  for (const LayerPicture& picture : content->pictures)
-    content->bytes += sizeof(LayerPicture) + (picture.isOwn && picture.image ? bytesOf(*picture.image) : 0);
+  content->bytes += bytesOf(content->pictures);
   content->heights = std::move(composed.heights);
   content->bytes += sizeof(TileContent) + bytesOf(*content->mesh) + content->heights.samples.size() * sizeof(float);
   return content;
+}
+
+std::shared_ptr<const TileContent> withPictures(const TileContent& content, std::vector<LayerPicture> pictures) {
+  auto out = std::make_shared<TileContent>(content);
+  out->bytes += bytesOf(pictures) - bytesOf(content.pictures);
+  out->pictures = std::move(pictures);
+  return out;
 }
 
 void ContentMaker::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {

@@ -31,6 +31,9 @@ struct TileContent {
   std::uint64_t bytes = 0;  ///< of what is its own
 };
 
+/// The same tile with other pictures, a layer each.
+std::shared_ptr<const TileContent> withPictures(const TileContent& content, std::vector<LayerPicture> pictures);
+
 /// TileFacts::texel_m of a tile when these layers are looked at: those that have finer pictures below count.
 double texelOf_m(const TileContent& content, const ColourLayers& layers, std::span<const LayerLook> looks);
 

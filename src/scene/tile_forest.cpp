@@ -176,6 +176,15 @@ void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileConten
   contentBytes_ += r.content->bytes;
 }
 
+void TileForest::renew(const tiling::TileId& id, std::shared_ptr<const TileContent> content) {
+  TileRecord& r = record(id);
+  contentBytes_ += content->bytes - r.content->bytes;
+  r.content = std::move(content);
+  r.bytes = r.content->bytes;
+  r.residency = 0;
+  takeTexels(r);
+}
+
 double TileForest::occluderDepth_m() const {
   double lowest_m = 0.0;
   for (int root = 0; root < maker_.tiling.rootCount(); ++root) {

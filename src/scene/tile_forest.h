@@ -50,6 +50,8 @@ class TileForest final : public TileTree {
   const TileRecord* find(const tiling::TileId& id) const;
   /// What was made of a tile.
   void take(const tiling::TileId& id, std::shared_ptr<const TileContent> content);
+  /// Another content of a tile that has one, the same but for pictures.
+  void renew(const tiling::TileId& id, std::shared_ptr<const TileContent> content);
 
   /// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
   double occluderDepth_m() const;
