@@ -173,5 +173,5 @@ if __name__ == "__main__":
         print(f"not installed: {', '.join(absent)}")
         sys.exit(SKIPPED)
     Faults.whole = "--whole" in sys.argv
-    Faults.program, Faults.source, Faults.work = map(pathlib.Path, [word for word in sys.argv[1:] if word != "--whole"])
+    Faults.program, Faults.source, Faults.work = [pathlib.Path(word).resolve() for word in sys.argv[1:] if word != "--whole"]
     unittest.main(argv=sys.argv[:1])

@@ -104,7 +104,8 @@ class Online(unittest.TestCase):
         """(tiling, view, protocol) to look at."""
         every = [(tiling, view, protocol) for tiling in TILINGS for view in VIEWS for protocol, (_, mercator) in protocols.items()
                  if not (mercator and "pole" in view)]
-        sample = {("cube", view, "WMS 1.3.0") for view in VIEWS} | {("cube", "europe", protocol) for protocol in protocols}
+        sample = {("geographic", "date line", "WMS 1.3.0"), ("healpix", "north pole", "WMS 1.3.0"), ("geographic", "south pole", "WMS 1.3.0")}
+        sample |= {("cube", "europe", protocol) for protocol in protocols}
         return [case for case in every if cls.whole or case in sample]
 
     @classmethod
@@ -156,7 +157,7 @@ class Online(unittest.TestCase):
             self.assertLess(miss, step + 4 * FLOAT_STEP_M, name)
 
     def test_the_same_bytes_without_servers(self):
-        for words, out in self.drawn:
+        for words, out in self.drawn if self.whole else self.drawn[::3]:
             again = out.with_suffix(".offline.png")
             self.run_it.run(*words, "--offline", "-o", again)
             self.assertEqual(again.read_bytes(), out.read_bytes(), f"{out} and {again} differ")
@@ -173,5 +174,5 @@ if __name__ == "__main__":
         print(f"not installed: {', '.join(absent)}")
         sys.exit(SKIPPED)
     Online.whole = "--whole" in sys.argv
-    Online.program, Online.source, Online.work = map(pathlib.Path, [word for word in sys.argv[1:] if word != "--whole"])
+    Online.program, Online.source, Online.work = [pathlib.Path(word).resolve() for word in sys.argv[1:] if word != "--whole"]
     unittest.main(argv=sys.argv[:1])

@@ -161,7 +161,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
     entry.trouble = slot->source.error();
     if (slot->source.error().code != io::Failure::Code::ioError) {
       entry.state = Entry::State::failed;
-      ledger_->add(*std::exchange(entry.trouble, std::nullopt));
+      ledger_->add({.failure = *std::exchange(entry.trouble, std::nullopt), .tile = {}});
     }
     entry.retryAt = now + entry.retryIn;
     entry.retryIn = std::min(2 * entry.retryIn, kLongestRetry);
@@ -172,7 +172,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
   auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind, cellsOf(entry));
   if (wrong) {
     entry.state = Entry::State::failed;
-    ledger_->add(std::move(*wrong));
+    ledger_->add({.failure = std::move(*wrong), .tile = {}});
   } else {
     fetchRoots(entry);
   }
