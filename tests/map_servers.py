@@ -147,8 +147,11 @@ class MapServer:
                     key, _, value = line.partition(": ")
                     self.send_header(key, value)
                 self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
+                try:
+                    self.end_headers()
+                    self.wfile.write(body)
+                except OSError:
+                    self.close_connection = True  # who asked has let go of it
 
             def log_message(self, *_):
                 pass
