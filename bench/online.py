@@ -74,7 +74,7 @@ def line(program, work, _=None):
         online_world.Program(program, work / "cache whole").run(*words, "-o", work / "final.png")
         final = online_world.colours(work / "final.png")
         proxy.tell("bandwidth", bits=2e6)
-        for seconds in (3, 6, 8, 10, 12, 15, 20, 25, 30, 40):
+        for seconds in (3, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40):
             proxy.tell("reset")
             out = work / f"after_{seconds}.png"
             done = online_world.Program(program, work / f"cache {seconds}").run(*words, "--timeout", seconds, "-o", out, status=None)
