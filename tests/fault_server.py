@@ -198,9 +198,12 @@ class Handler(http.server.BaseHTTPRequestHandler):
         end = time.monotonic() + seconds
         letting_go = self.world.letting_go
         while time.monotonic() < end and not letting_go.is_set():
-            readable, _, _ = select.select([self.connection], [], [], min(0.05, max(0.0, end - time.monotonic())))
-            if readable and not self.connection.recv(1, socket.MSG_PEEK):
-                raise Broken()
+            self.look_at_client(min(0.05, max(0.0, end - time.monotonic())))
+
+    def look_at_client(self, seconds=0.0):
+        readable, _, _ = select.select([self.connection], [], [], seconds)
+        if readable and not self.connection.recv(1, socket.MSG_PEEK):
+            raise Broken()
 
     def head(self, status, content_type, length, rule, extra=()):
         with self.world.lock:
@@ -219,6 +222,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
         for start in range(0, len(data), step):
             part = data[start:start + step]
             self.world.line.wait_for(len(part))
+            self.look_at_client()  # who has gone takes no more of the line
             if rate > 0:
                 self.sleep(len(part) / rate)
             self.wfile.write(part)

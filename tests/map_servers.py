@@ -92,7 +92,8 @@ def map_file(layers, url):
 """
     for name, layer in layers.items():
         west, south, east, north = layer.extent
-        processing = '    PROCESSING "RESAMPLE=BILINEAR"\n'
+        # Pictures mostly shrink, and what shrinks has to be averaged; heights are wanted between samples too.
+        processing = f'    PROCESSING "RESAMPLE={"BILINEAR" if layer.elevation else "AVERAGE"}"\n'
         text += f"""  LAYER
     NAME "{name}"
     TYPE RASTER
@@ -146,8 +147,11 @@ class MapServer:
                     key, _, value = line.partition(": ")
                     self.send_header(key, value)
                 self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
+                try:
+                    self.end_headers()
+                    self.wfile.write(body)
+                except OSError:
+                    self.close_connection = True  # who asked has let go of it
 
             def log_message(self, *_):
                 pass
@@ -217,7 +221,9 @@ class MapProxy:
         text += "layers:\n" + "".join(
             f"  - {{name: {name}, title: {name} of the proxy, sources: [{name}_cache]}}\n" for name in layers)
         text += "caches:\n" + "".join(
-            f"  {name}_cache: {{grids: [geodetic, geodetic_south, mercator], sources: [{name}_wms], format: image/png, image: {{transparent: true}}}}\n"
+            f"  {name}_cache: {{grids: [geodetic, geodetic_south, mercator], sources: [{name}_wms], format: image/png, image: {{transparent: true}}, "
+            # Else two grids of one reference share a folder, and each is given the other's tiles.
+            f"cache: {{type: file, use_grid_names: true}}}}\n"
             for name in layers)
         text += "sources:\n" + "".join(
             f"  {name}_wms: {{type: wms, supported_srs: ['EPSG:4326', 'EPSG:3857'], "

@@ -306,12 +306,12 @@ std::vector<std::string> shortcomings(const PictureArguments& arguments, const s
     lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
   for (const io::Failure& trouble : globe.troubles())
     lines.push_back(io::describe(trouble));
-  const std::size_t missing = statistics.failures;
+  const std::vector<io::Failure> failures = globe.failuresInFrame();
+  const std::size_t missing = failures.size();
   if (missing == 0) return lines;
   if (arguments.offline)
     lines.push_back(
         fmt::format("{} pieces could not be had --offline; run it without once, so that they are kept", missing));
-  const auto& failures = globe.failures();
   const std::size_t told = std::min(failures.size(), kFailuresTold);
   for (std::size_t i = 0; i < told; ++i)
     lines.push_back(io::describe(failures[i]));

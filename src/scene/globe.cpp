@@ -65,6 +65,7 @@ struct Globe::State {
   Lighting lighting;
   std::uint64_t contentBudget;
   std::vector<io::Failure> failures;
+  std::vector<std::optional<tiling::TileId>> failedTiles;  ///< of failures, each
   std::uint64_t failureCount = 0;
   std::shared_ptr<io::Resources> resources;
   Doorbell bell;
@@ -103,9 +104,11 @@ void Globe::State::receive() {
   for (const auto& old : retired)
     old->loading.receive();
   std::erase_if(retired, [](const auto& old) { return old->loading.isIdle(); });
-  for (io::Failure& failure : roster->ledger().takeFailures()) {
+  for (LoadFailure& failed : roster->ledger().takeFailures()) {
     ++failureCount;
-    if (failures.size() < kMostFailures) failures.push_back(std::move(failure));
+    if (failures.size() >= kMostFailures) continue;
+    failures.push_back(std::move(failed.failure));
+    failedTiles.push_back(failed.tile);
   }
 }
 
@@ -317,6 +320,19 @@ bool Globe::cutIsFrozen() const {
 }
 const std::vector<io::Failure>& Globe::failures() const {
   return state_->failures;
+}
+
+std::vector<io::Failure> Globe::failuresInFrame() const {
+  if (state_->failureCount > state_->failures.size()) return state_->failures;  // of some it is not known
+  std::vector<io::Failure> out;
+  for (std::size_t i = 0; i < state_->failures.size(); ++i) {
+    const auto& failed = state_->failedTiles[i];
+    const auto lies = [&](const DrawnTile& tile) {
+      return tile.id.level >= failed->level && tile.id.ancestor(failed->level) == *failed;
+    };
+    if (!failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
+  }
+  return out;
 }
 
 std::vector<io::Failure> Globe::troubles() const {

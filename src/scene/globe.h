@@ -99,6 +99,9 @@ class Globe {
   /// What could not be loaded since the globe was opened, each once, and never will be: the first of them
   /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
+  /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked for
+  /// on the way to it, or are beside the picture.
+  std::vector<io::Failure> failuresInFrame() const;
   /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
   std::vector<io::Failure> troubles() const;
 

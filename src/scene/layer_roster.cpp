@@ -204,7 +204,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
     entry.trouble = slot->source.error();
     if (slot->source.error().code != io::Failure::Code::ioError) {
       entry.state = Entry::State::failed;
-      ledger_->add(*std::exchange(entry.trouble, std::nullopt));
+      ledger_->add({.failure = *std::exchange(entry.trouble, std::nullopt), .tile = {}});
     }
     entry.retryAt = now + entry.retryIn;
     entry.retryIn = std::min(2 * entry.retryIn, kLongestRetry);
@@ -215,7 +215,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
   auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind, cellsOf(entry));
   if (wrong) {
     entry.state = Entry::State::failed;
-    ledger_->add(std::move(*wrong));
+    ledger_->add({.failure = std::move(*wrong), .tile = {}});
   } else {
     if (entry.steps)
       layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);

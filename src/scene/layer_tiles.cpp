@@ -34,12 +34,12 @@ bool fits(const raster::SourceTile& tile, const raster::TileSourceInfo& info) {
 
 }  // namespace
 
-void LoadLedger::add(io::Failure failure) {
+void LoadLedger::add(LoadFailure failure) {
   const std::lock_guard lock(mutex_);
   failures_.push_back(std::move(failure));
 }
 
-std::vector<io::Failure> LoadLedger::takeFailures() {
+std::vector<LoadFailure> LoadLedger::takeFailures() {
   const std::lock_guard lock(mutex_);
   return std::exchange(failures_, {});
 }
@@ -110,23 +110,26 @@ LayerTiles::TilePointer LayerTiles::load(const tiling::TileId& id) {
   ledger_->countRequest();
   auto loaded = source_->load(id);
   if (!loaded) {
-    ledger_->add(std::move(loaded.error()));
+    ledger_->add({.failure = std::move(loaded.error()), .tile = id});
     return nullptr;
   }
   if (!*loaded) {
     // Who tells what is stored without having looked may err.
     if (!tellsPresence_ && parentLists(id)) {
-      ledger_->add({.code = io::Failure::Code::corrupt,
-                    .message = fmt::format("tile {}/{}/{}/{} is missing though its parent lists it; build it again",
-                                           id.level, id.root, id.x, id.y),
-                    .where = info().name});
+      ledger_->add(
+          {.failure = {.code = io::Failure::Code::corrupt,
+                       .message = fmt::format("tile {}/{}/{}/{} is missing though its parent lists it; build it again",
+                                              id.level, id.root, id.x, id.y),
+                       .where = info().name},
+           .tile = id});
     }
     return nullptr;
   }
   if (!fits(**loaded, info())) {
-    ledger_->add({.code = io::Failure::Code::corrupt,
-                  .message = "a tile is not of the size and kind that its source states",
-                  .where = info().name});
+    ledger_->add({.failure = {.code = io::Failure::Code::corrupt,
+                              .message = "a tile is not of the size and kind that its source states",
+                              .where = info().name},
+                  .tile = id});
     return nullptr;
   }
   return std::make_shared<const raster::SourceTile>(std::move(**loaded));

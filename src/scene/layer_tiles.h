@@ -8,6 +8,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -15,19 +16,25 @@
 
 namespace tellurion::scene {
 
+/// What could not be had, and which tile of a source it was; none: a whole layer.
+struct LoadFailure {
+  io::Failure failure;
+  std::optional<tiling::TileId> tile;
+};
+
 /// Counts of what was asked of all layers' sources, and what went wrong. Thread-safe.
 class LoadLedger {
  public:
   void countRequest() { ++requests_; }
-  void add(io::Failure failure);
+  void add(LoadFailure failure);
   std::uint64_t requests() const { return requests_; }
   /// Failures since the last call.
-  std::vector<io::Failure> takeFailures();
+  std::vector<LoadFailure> takeFailures();
 
  private:
   std::atomic<std::uint64_t> requests_{0};
   std::mutex mutex_;
-  std::vector<io::Failure> failures_;
+  std::vector<LoadFailure> failures_;
 };
 
 /// The decoded tiles of one source, in a cache with a byte budget. Never asks the source for a tile that is loaded,

@@ -74,7 +74,7 @@ TEST(LayerTiles, aTileThatItsParentListsMustBeThere) {
   EXPECT_FALSE(o.tiles.get(gone));
   const auto failures = o.ledger->takeFailures();
   ASSERT_EQ(failures.size(), 1u);
-  EXPECT_NE(failures[0].message.find("tile 5/2/1/1 is missing"), std::string::npos) << failures[0].message;
+  EXPECT_NE(failures[0].failure.message.find("tile 5/2/1/1 is missing"), std::string::npos) << failures[0].failure.message;
   // One that nobody lists is just not there.
   ASSERT_TRUE(o.tiles.get(tile(5, 5).parent()));
   const TileId none = tile(5, 5).child(0).child(0);

@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""Pictures while a server fails in every way that tests/fault_server.py knows, standing before nginx, and after it is well again.
+
+    online_faults_test.py PROGRAM SOURCE_DIR WORK_DIR [--whole]
+
+--whole: every fault; else a sample. Exit status 77 (skipped) where a package is missing.
+"""
+import csv
+import pathlib
+import shutil
+import sys
+import time
+import unittest
+
+import map_servers
+import online_world
+from online_world import numpy
+
+SKIPPED = 77
+SIZE = "320x240"
+CAMERA = "45,10,6000000,0,-90,0"
+AWAY = "-30,-150,6000000,0,-90,0"
+FINEST = 4
+ODD, ODD_COLOUR = "FF00FF", (255, 0, 255)
+TIMEOUT_S = 2
+# By name: what the proxy is told, and what the program says of it. What only ever comes slowly is merely late.
+FAULTS = {
+    "status": ({}, "status 500"),
+    "hang": ({}, "had not arrived in time"),
+    "slow": ({"rate": 100}, "had not arrived in time"),
+    "truncate": ({}, "broke off"),
+    "wrong size": ({"fault": "other", "path": "/small.png"}, "128 x 128 pixels"),
+    "text": ({"fault": "other", "path": "/text.txt"}, "no image that is known here"),
+    "html": ({}, "a page came instead of an image"),
+    "xml": ({}, "LayerNotDefined"),
+    "loop": ({}, "redirected more than"),
+    "endless": ({}, "larger than"),
+    "reset": ({}, "the connection broke"),
+}
+SAMPLE = ("status", "hang", "wrong size", "endless")
+
+
+def inner(mask):
+    """Without its rim of two pixels: how coarse the ground is moves the limb by a pixel."""
+    out = mask.copy()
+    for axis in (0, 1):
+        for shift in (-2, -1, 1, 2):
+            out &= numpy.roll(mask, shift, axis)
+    return out
+
+
+class Faults(unittest.TestCase):
+    program = source = work = None
+    whole = False
+
+    @classmethod
+    def setUpClass(cls):
+        shutil.rmtree(cls.work, ignore_errors=True)
+        tree = cls.work / "tree"
+        online_world.make_xyz(cls.source / "data/earth/bluemarble_dec2004_5400x2700.jpg", tree, FINEST)
+        online_world.write_png(tree / "small.png", numpy.zeros((3, 128, 128), "uint8"))
+        (tree / "text.txt").write_text("no picture at all\n")
+        cls.files = cls.enterClassContext(map_servers.FileServer(tree, cls.work / "nginx"))
+        cls.proxy = cls.enterClassContext(online_world.FaultServer(proxy=cls.files.url))
+        entry = {"source": cls.proxy.url + "/xyz/{z}/{x}/{y}.png", "max_level": FINEST}
+        cls.scene = online_world.scene_file(cls.work / "scene.toml", [entry])
+        cls.healthy = cls.work / "healthy.png"
+        cls.render("healthy", cls.healthy)
+        cls.inside = inner(~cls.sky_of(cls.healthy))
+        assert 0.5 < cls.inside.mean() < 0.98, "the picture shows ground and sky"
+
+    def setUp(self):
+        self.proxy.tell("alive")
+        self.proxy.tell("clear")
+        self.proxy.tell("reset")
+
+    @classmethod
+    def of_cache(cls, name):
+        return online_world.Program(cls.program, cls.work / f"cache {name}")
+
+    @classmethod
+    def words(cls, out, timeout=120):
+        return ["render", cls.scene, "--camera", CAMERA, "--size", SIZE, "--background", ODD, "--timeout", timeout, "-o", out]
+
+    @classmethod
+    def render(cls, name, out, status=0, timeout=120):
+        return cls.of_cache(name).run(*cls.words(out, timeout), status=status)
+
+    @staticmethod
+    def sky_of(path):
+        return (online_world.colours(path) == ODD_COLOUR).all(axis=2)
+
+    def check_whole(self, path):
+        self.assertEqual(int((self.sky_of(path) & self.inside).sum()), 0, f"pixels of background on the ground in {path}")
+
+    def bench(self, name, poses):
+        """Rows of figures of a flight: (seconds, camera)."""
+        path, rows = self.work / f"{name}.path.csv", self.work / f"{name}.csv"
+        path.write_text("".join(f"{seconds},{camera}\n" for seconds, camera in poses))
+        process = self.of_cache(name).start("bench", self.scene, "--path", path, "--size", SIZE, "--stats", rows)
+
+        def end():
+            _, errors = process.communicate(timeout=120)
+            self.assertEqual(process.returncode, 0, errors)
+            return list(csv.DictReader(rows.read_text().splitlines()))
+        return end
+
+    def test_each_fault_leaves_a_whole_picture_and_is_told(self):
+        for name, (values, words) in FAULTS.items():
+            if name not in SAMPLE and not self.whole:
+                continue
+            with self.subTest(name):
+                self.setUp()
+                # Coarser levels come: what is missing is drawn from them.
+                self.proxy.tell("set", **{"prefix": "/xyz/3", "fault": name, **values})
+                out = self.work / f"{name}.png"
+                done = self.render(name, out, status=1, timeout=TIMEOUT_S)
+                self.assertIn(words, done.stderr)
+                self.assertIn("is written, but not all of it is there", done.stderr)
+                self.check_whole(out)
+                away = abs(online_world.colours(out) - online_world.colours(self.healthy)).mean()
+                self.assertTrue(0.1 < away < 20, f"coarser, not another picture: {away}")
+                self.assertEqual([path for path, count in self.proxy.state()["counts"].items() if count > 6 and name != "reset"], [])
+
+    def test_a_dead_server_leaves_a_whole_picture(self):
+        self.proxy.tell("dead")
+        done = self.render("dead", self.work / "dead.png", status=1, timeout=TIMEOUT_S)
+        self.assertIn("no server answers there", done.stderr)
+        self.check_whole(self.work / "dead.png")
+
+    def test_a_wrong_content_type_alone_does_no_harm(self):
+        self.proxy.tell("set", prefix="/", fault="mislabel", type="text/html")
+        self.render("mislabel", self.work / "mislabel.png")
+        self.assertEqual((self.work / "mislabel.png").read_bytes(), self.healthy.read_bytes())
+
+    def test_a_server_that_comes_back_completes_the_picture(self):
+        out = self.work / "back.png"
+        self.proxy.tell("dead")
+        process = self.of_cache("back").start(*self.words(out))
+        time.sleep(1.5)
+        self.proxy.tell("alive")
+        _, errors = process.communicate(timeout=120)
+        self.assertEqual((process.returncode, errors), (0, ""))
+        self.assertEqual(out.read_bytes(), self.healthy.read_bytes())
+
+    def test_a_flight_completes_by_itself_and_backs_off_meanwhile(self):
+        self.proxy.tell("set", prefix="/xyz/3", fault="status")
+        end = self.bench("well_again", [(0, CAMERA), (10, CAMERA)])
+        time.sleep(4)
+        state = self.proxy.state()
+        self.proxy.tell("clear")
+        rows = end()
+        failed = state["statuses"].get("500", 0)
+        print(f"{failed} requests to the failing host in the first 4 s, at most {max(state['counts'].values())} for one URL; "
+              f"{sum(self.proxy.state()['counts'].values())} in all")
+        # Six connections at first, then one at a time after 1, 2, 4 s.
+        self.assertTrue(3 <= failed <= 20, failed)
+        self.assertNotEqual(rows[0]["complete"], "true")
+        self.assertEqual((rows[-1]["complete"], rows[-1]["tiles_wanted"]), ("true", "0"))
+
+    def test_nothing_comes_twice_and_turning_away_cancels(self):
+        self.proxy.tell("set", prefix="/xyz/3", fault="slow", rate=3000)
+        end = self.bench("turn", [(0, CAMERA), (3, CAMERA), (3.01, AWAY), (6, AWAY)])
+        end()
+        state = self.proxy.state()
+        print(f"{state['broken']} of {sum(state['counts'].values())} transfers were let go of")
+        self.assertGreater(state["broken"], 6, "more than were under way when the flight ended")
+        self.assertEqual(max(state["counts"].values()), 1, "requests for one URL")
+
+
+if __name__ == "__main__":
+    if absent := online_world.missing():
+        print(f"not installed: {', '.join(absent)}")
+        sys.exit(SKIPPED)
+    Faults.whole = "--whole" in sys.argv
+    Faults.program, Faults.source, Faults.work = [pathlib.Path(word).resolve() for word in sys.argv[1:] if word != "--whole"]
+    unittest.main(argv=sys.argv[:1])
