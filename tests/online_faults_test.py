@@ -145,7 +145,7 @@ class Faults(unittest.TestCase):
 
     def test_a_flight_completes_by_itself_and_backs_off_meanwhile(self):
         self.proxy.tell("set", prefix="/xyz/3", fault="status")
-        end = self.bench("well_again", [(0, CAMERA), (10, CAMERA)])
+        end = self.bench("well_again", [(0, CAMERA), (16, CAMERA)])
         time.sleep(4)
         state = self.proxy.state()
         self.proxy.tell("clear")
