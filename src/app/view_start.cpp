@@ -59,6 +59,12 @@ std::optional<geo::GeoRect> boundsOf(const scene::Scene& scene) {
       if (layer.derived->of) add(all, boundsOf(*layer.derived->of, raster::Kind::elevation));
       continue;
     }
+    if (!layer.times.empty()) {
+      const scene::TimedFile& first = layer.times.front();
+      add(all,
+          first.from == scene::SourceKind::catalogue ? std::nullopt : boundsOf(first.source, raster::Kind::imagery));
+      continue;
+    }
     add(all, boundsOf(layer, raster::Kind::imagery));
     for (const std::string& further : layer.alsoFrom)
       add(all, boundsOf(further, raster::Kind::imagery));
