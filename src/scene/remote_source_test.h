@@ -100,6 +100,11 @@ class FakeServer {
     const std::lock_guard lock(mutex_);
     return waiting_.size();
   }
+  /// Answered, and not yet let go of by who asked.
+  std::size_t holding() const {
+    const std::lock_guard lock(mutex_);
+    return held_.size();
+  }
   /// Requests that were let go of before anybody loaded what they brought.
   int cancelled() const {
     const std::lock_guard lock(mutex_);

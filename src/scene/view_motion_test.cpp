@@ -101,11 +101,13 @@ int wantedInFlight(bool prefetch) {
   const Course course{.lat = 44.0, .height_m = 20e3, .heading = 0.0, .north_s = 0.2};
   double time_s = 0.0;
   const auto frame = [&](const View& view, int answers) -> int {
-    // Whatever workers can make without the server.
+    // All that workers can make of what the server has answered.
     const CutOptions options{.time_s = time_s, .prefetch = prefetch};
     globe->update(view, options);
-    for (int i = 0; i < 50 && globe->waitForArrivals(2ms); ++i)
+    for (int i = 0; i < 2000 && server->holding() > 0; ++i) {
+      globe->waitForArrivals(2ms);
       globe->update(view, options);
+    }
     server->serve(answers);
     const int wanted = globe->update(view, options).statistics.tilesWanted;
     time_s += kFrame_s;
