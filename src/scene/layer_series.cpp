@@ -68,7 +68,7 @@ void LayerSeries::take(Step& step, io::Result<LayerSource::Pointer> source, Cloc
     step.tiles = std::move(*tiles);
   } else {
     step.failed = true;
-    ledger.add(std::move(tiles.error()));
+    ledger.add({.failure = std::move(tiles.error())});
   }
 }
 

@@ -104,7 +104,8 @@ void PictureRenewal::begin(const tiling::TileId& id, TileJob& job) {
     if (auto tile = need.tiles->kept(need.id)) {
       job.kept.push_back(std::move(tile));
     } else if (!need.tiles->isMissing(need.id)) {
-      if (auto fetch = fetches_.fetch(*need.tiles, need.id, kRenewalPriority)) job.missing.push_back(std::move(fetch));
+      auto fetch = fetches_.fetch(*need.tiles, need.id, kRenewalPriority);
+      (fetch ? job.missing : job.fetched).push_back({.need = need, .fetch = std::move(fetch)});
     }
   }
 }
@@ -117,7 +118,7 @@ void PictureRenewal::make(TileForest& forest, const tiling::TileId& id) {
     job = std::make_shared<TileJob>();
     begin(id, *job);
   }
-  while (!job->missing.empty() && job->missing.back()->isReady()) {
+  while (!job->missing.empty() && job->missing.back().fetch->isReady()) {
     job->fetched.push_back(std::move(job->missing.back()));
     job->missing.pop_back();
   }
@@ -137,6 +138,9 @@ void PictureRenewal::submit(const TileForest& forest, const tiling::TileId& id,
   job->task = executor_.submit(kRenewalPriority, [id, content, over = std::move(over), job = job, colours = colours_,
                                                   arrivals = arrivals_, &bell = bell_] {
     if (job->taken.exchange(true)) return;
+    for (const TileJob::Part& part : job->fetched) {
+      if (auto tile = part.need.tiles->get(part.need.id)) job->kept.push_back(std::move(tile));
+    }
     auto made = withPictures(*content, colours->renewed(id, content->pictures, over));
     {
       const std::lock_guard lock(arrivals->mutex);
