@@ -52,7 +52,7 @@ def reference(name):
         name = f"{urn[1]}:{urn[2]}"
     name = {"OGC:CRS84": "CRS:84"}.get(name, name)
     authority, _, code = name.partition(":")
-    return "EPSG:3857" if code in ("900913", "3857", "3785", "102100", "102113", "3587") else name
+    return "EPSG:3857" if code in ("900913", "3857", "3785", "102100", "102113", "3587", "41001") else name
 
 
 def wms_layers(root):

@@ -29,6 +29,7 @@ EVEREST = "27.75,86.5,20000,0,-90,0"
 # Tiles by their spacing alone, and the whole grid of each: both sides are then drawn from the same places, whatever their estimates of errors.
 SAME_PLACES = ("--vertices-per-pixel", "0.2", "--mesh", "regular", "--no-morph")
 FLOAT_STEP_M = 20000 * 2.0 ** -23  # of a depth at the camera's height
+EDGE_STEP_M = 1.0 / 64.0  # vertices on edges stand whole steps off their parents' (docs/selection.md); either side half of one, for this spacing
 
 
 def imagery_of(wms, proxy, files):
@@ -154,7 +155,7 @@ class Online(unittest.TestCase):
         for name, (miss, step) in self.height_misses.items():
             print(f"{name}: at most {miss:.4f} m off, a step is {step:.4f} m")
         for name, (miss, step) in self.height_misses.items():
-            self.assertLess(miss, step + 4 * FLOAT_STEP_M, name)
+            self.assertLess(miss, step + 4 * FLOAT_STEP_M + EDGE_STEP_M, name)
 
     def test_the_same_bytes_without_servers(self):
         for words, out in self.drawn if self.whole else self.drawn[::3]:

@@ -24,7 +24,7 @@ class Collection {
 
   void run() {
     addLeaves();
-    if (options_.morph) settleCorners();
+    if (usesCorners_) settleCorners();
     for (const DrawnLeaf& leaf : leaves_)
       draw(leaf);
     if (history_ != nullptr) remember(forest_, *history_->now);
@@ -46,7 +46,7 @@ class Collection {
         corners.speed = speedOf(node);
         leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
       }
-      if (!options_.morph) continue;
+      if (!usesCorners_) continue;
       corners_.add(node.facts->corners, corners, corners.drawn ? &leaves_.back().places : nullptr);
     }
   }
@@ -54,7 +54,7 @@ class Collection {
   void draw(const DrawnLeaf& leaf) {
     const CutNode& node = forest_.at(leaf.node);
     SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges};
-    if (options_.morph && node.parent >= 0) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    if (usesCorners_ && node.parent >= 0) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
     if (!node.shown) {
       out_.soon.push_back(tile);
       return;
@@ -138,6 +138,7 @@ class Collection {
   }
 
   const CutOptions& options_;
+  bool usesCorners_ = options_.morph || !options_.isNested;
   const CutHistory* history_;
   double pixelAngle_;
   CutForest& forest_;

@@ -126,8 +126,7 @@ std::optional<View> Globe::State::viewAhead(const View& view, const CutOptions& 
 /// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
 const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
   CutOptions cutOptions = asked;
-  // Tiles of two levels meet where the finer ones lie on their parents' surfaces.
-  cutOptions.morph = asked.morph || !roster->groundIsNested();
+  cutOptions.isNested = asked.isNested && roster->groundIsNested();
   const auto now = Clock::now();
   if (roster->advance(now)) {
     if (!next) pendingSince = now;

@@ -32,6 +32,9 @@ struct CutOptions {
   std::uint64_t maxBytes = std::numeric_limits<std::uint64_t>::max();
   /// Tiles leave their parents' surfaces as the eye comes near, not at once. Without, they are their own always.
   bool morph = true;
+  /// Samples of tiles are samples of their children. Else tiles lie on their parents' surfaces where they meet coarser
+  /// ones, without morphing too: only there is the ground of both the same.
+  bool isNested = true;
   /// Where the scene's clock stands. With it, what would jump (late data above all) fades in over fade_s seconds a
   /// level, faster where it is far off, from what was drawn at the last different time; until then a frame is not
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
