@@ -81,7 +81,7 @@ SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling:
   tile.statistics = estimatedStatistics(samples, spacing_m, levelsBelow);
   tile.childMask = childMask;
   for (std::size_t q = 0; q < tile.children.size(); ++q) {
-    if (((childMask >> q) & 1u) != 0) tile.children[q] = estimatedOfChild(tile.statistics, levelsBelow);
+    if (((childMask >> q) & 1) != 0) tile.children[q] = estimatedOfChild(tile.statistics, levelsBelow);
   }
   tile.payload = ElevationTile{std::move(samples)};
   return tile;
