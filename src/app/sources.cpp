@@ -31,6 +31,11 @@ struct Options {
   throw CLI::RuntimeError(kFailed);
 }
 
+std::string told(io::Failure failure) {
+  failure.where = raster::withoutSecrets(failure.where);
+  return io::describe(failure);
+}
+
 std::string dumped(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -165,7 +170,7 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   const raster::Kind kind = options.elevation ? raster::Kind::elevation : layer.kind;
   raster::ServiceLayer entry = layer.entry;
   const auto service = raster::openService(entry, kind, geo::earth(), resources);
-  if (!service) fail(io::describe(service.error()));
+  if (!service) fail(told(service.error()));
   entry.attribution = service->attribution;
   const raster::GridLevel& coarsest = service->levels.front();
   const std::string firstImage = service->request({0, coarsest.firstColumn, coarsest.firstRow}).url;
@@ -207,7 +212,7 @@ void run(const Options& options) {
   entry.type = options.type;
   entry.version = options.version;
   const auto offers = raster::listService(entry, resources);
-  if (!offers) fail(io::describe(offers.error()));
+  if (!offers) fail(told(offers.error()));
   if (!options.layer.empty()) {
     printEntry(findOffer(*offers, options.layer), options, resources);
   } else {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "raster/service_url.h"
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
@@ -336,9 +337,12 @@ std::vector<io::Failure> Globe::failuresInFrame() const {
 
 std::vector<io::Failure> Globe::troubles() const {
   std::vector<io::Failure> out = state_->roster->troubles();
-  if (!state_->resources) return out;
-  for (io::Failure& trouble : state_->resources->troubles())
-    out.push_back(std::move(trouble));
+  if (state_->resources) {
+    for (io::Failure& trouble : state_->resources->troubles())
+      out.push_back(std::move(trouble));
+  }
+  for (io::Failure& trouble : out)
+    trouble.where = raster::withoutSecrets(trouble.where);
   return out;
 }
 

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "raster/service_url.h"
+
 namespace tellurion::scene {
 namespace {
 
@@ -35,6 +37,8 @@ bool fits(const raster::SourceTile& tile, const raster::TileSourceInfo& info) {
 }  // namespace
 
 void LoadLedger::add(LoadFailure failure) {
+  // What people are told may be shown to others.
+  failure.failure.where = raster::withoutSecrets(failure.failure.where);
   const std::lock_guard lock(mutex_);
   failures_.push_back(std::move(failure));
 }

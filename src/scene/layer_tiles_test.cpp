@@ -74,12 +74,25 @@ TEST(LayerTiles, aTileThatItsParentListsMustBeThere) {
   EXPECT_FALSE(o.tiles.get(gone));
   const auto failures = o.ledger->takeFailures();
   ASSERT_EQ(failures.size(), 1u);
-  EXPECT_NE(failures[0].failure.message.find("tile 5/2/1/1 is missing"), std::string::npos) << failures[0].failure.message;
+  EXPECT_NE(failures[0].failure.message.find("tile 5/2/1/1 is missing"), std::string::npos)
+      << failures[0].failure.message;
   // One that nobody lists is just not there.
   ASSERT_TRUE(o.tiles.get(tile(5, 5).parent()));
   const TileId none = tile(5, 5).child(0).child(0);
   EXPECT_FALSE(o.tiles.get(none));
   EXPECT_TRUE(o.ledger->takeFailures().empty());
+}
+
+TEST(LoadLedger, tellsNoSecrets) {
+  LoadLedger ledger;
+  ledger.add({.failure = {.code = io::Failure::Code::ioError,
+                          .message = "the server refused it",
+                          .where = "https://me:hidden@h/wms?LAYERS=a&access_token=hidden"}});
+  const auto failures = ledger.takeFailures();
+  ASSERT_EQ(failures.size(), 1u);
+  const std::string& where = failures.front().failure.where;
+  EXPECT_EQ(where.find("hidden"), std::string::npos) << where;
+  EXPECT_NE(where.find("LAYERS=a"), std::string::npos) << where;
 }
 
 }  // namespace
