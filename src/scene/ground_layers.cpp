@@ -345,40 +345,37 @@ void addGaps(ComposedGround& ground, const Samplers& samplers, int cells, double
 /// Between samples a seam is not the mean of those around: the weight is bent there, by its second derivative of at
 /// most 6 / width^2, and where weight and heights change within a cell their product is bent too. Only of ground with
 /// finer data below.
-double seamError_m(const LayerSampler& sampler, const Samplers& samplers, std::size_t layer, int cells,
-                   double spacing_m) {
-  const Samplers::const_iterator below = samplers.begin();
-  double largest_m = 0.0;   // between the layer and what lies below
-  double steepest_m = 0.0;  // how much that changes from sample to sample
-  double before_m = 0.0;
-  bool isKnown = false;
+double seamError_m(const Samplers& samplers, std::size_t layer, int cells, double spacing_m) {
+  const LayerSampler& sampler = *samplers[layer];
+  /// From what lies below to the layer, where the seam is; NODATA elsewhere.
+  const auto wayUp_m = [&](int col, int row) {
+    const double weight = sampler.weightAt(col, row);
+    if (weight <= 0.0 || weight >= 1.0) return raster::kNoData;
+    float under_m = raster::kNoData;
+    for (std::size_t i = layer; raster::isNoData(under_m) && i-- > 0;)
+      under_m = samplers[i]->at(col, row);
+    return samplers[layer]->at(col, row) - under_m;
+  };
+  double largest_m = 0.0;
+  double steepest_m = 0.0;  // how much it changes from sample to sample
   for (int row = 0; row <= cells; ++row) {
+    float before_m = raster::kNoData;
     for (int col = 0; col <= cells; ++col) {
-      const double weight = sampler.weightAt(col, row);
-      double way_m = 0.0;
-      isKnown = isKnown && col > 0;
-      if (weight > 0.0 && weight < 1.0) {
-        float under_m = raster::kNoData;
-        for (std::size_t i = layer; raster::isNoData(under_m) && i-- > 0;)
-          under_m = below[static_cast<std::ptrdiff_t>(i)]->at(col, row);
-        const float own_m = samplers[layer]->at(col, row);
-        if (!raster::isNoData(under_m) && !raster::isNoData(own_m)) {
-          way_m = static_cast<double>(own_m) - static_cast<double>(under_m);
-          largest_m = std::max(largest_m, std::abs(way_m));
-          if (isKnown) steepest_m = std::max(steepest_m, std::abs(way_m - before_m));
-          before_m = way_m;
-          isKnown = true;
-          continue;
-        }
+      const float way_m = wayUp_m(col, row);
+      if (!raster::isNoData(way_m)) {
+        largest_m = std::max(largest_m, static_cast<double>(std::abs(way_m)));
+        if (!raster::isNoData(before_m))
+          steepest_m = std::max(steepest_m, static_cast<double>(std::abs(way_m - before_m)));
       }
-      isKnown = false;
+      before_m = way_m;
     }
   }
   const double share = std::min(std::numbers::sqrt2 * spacing_m / sampler.seam()->width_m(), 1.0);
   return std::min(0.75 * share * share * largest_m + 0.75 * share * steepest_m, largest_m);
 }
 
-/// Whether the source can be asked what it stores at once, or reads from this machine.
+/// Whether a layer has a height at a place, on a level: of one that tells what it stores, whether it has the tile, so
+/// that nothing is waited for.
 bool hasData(LayerTiles& tiles, const tiling::Tiling& tiling, int level, const geo::Direction& place) {
   const tiling::TileId deepest = tiling.tileAt(place, level);
   const int stored = tiles.storedLevel(deepest);
@@ -520,7 +517,7 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
       return sampler->ownTile() != nullptr && sampler->ownTile()->childMask != 0;
     });
     for (std::size_t i = 1; i < samplers.size() && !isDeepest; ++i) {
-      if (samplers[i]->seam() != nullptr) ground.error_m += seamError_m(*samplers[i], samplers, i, cells_, spacing_m);
+      if (samplers[i]->seam() != nullptr) ground.error_m += seamError_m(samplers, i, cells_, spacing_m);
     }
     addGaps(ground, samplers, cells_, spacing_m);
   }
