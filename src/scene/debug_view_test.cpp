@@ -11,6 +11,7 @@
 #include "scene/globe.h"
 #include "scene/picking.h"
 #include "scene/procedural_source_test.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -61,14 +62,7 @@ TEST(DebugViews, HeatGoesFromBlueOverGreenToRed) {
     EXPECT_EQ(errorColour(0.01 * i, 1.0).r, 0);
 }
 
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 640, .height = 480});
-}
+constexpr Viewport kViewport{.width = 640, .height = 480};
 
 /// Whether a point lies on the sight of a view's corner: -1 or 1 in x and y, whichever.
 bool isAtACorner(const View& view, const geo::BodyPosition& p) {
@@ -80,9 +74,9 @@ bool isAtACorner(const View& view, const geo::BodyPosition& p) {
 
 TEST(DebugViews, APyramidHasItsEyeAndFourCorners) {
   const geo::Ellipsoid earth = geo::earth().ellipsoid;
-  for (const View& view :
-       {viewFrom(20, 30, 1e5, 40, -90), viewFrom(-89.9, 30, 2e3, 40, 0), viewFrom(0, 180, 4e7, 0, -70),
-        viewFrom(0, 0, 2.0, 0, 90), viewFrom(10, 10, -6.3e6, 0, -10)}) {
+  for (const View& view : {viewFrom(20, 30, 1e5, 40, -90, kViewport), viewFrom(-89.9, 30, 2e3, 40, 0, kViewport),
+                           viewFrom(0, 180, 4e7, 0, -70, kViewport), viewFrom(0, 0, 2.0, 0, 90, kViewport),
+                           viewFrom(10, 10, -6.3e6, 0, -10, kViewport)}) {
     const auto lines = pyramidOf(view, earth);
     for (std::size_t i = 0; i < 4; ++i) {
       EXPECT_EQ(lines[i].from, view.eye);
@@ -92,7 +86,7 @@ TEST(DebugViews, APyramidHasItsEyeAndFourCorners) {
       EXPECT_GT(geo::length(lines[i].to - lines[(i + 1) % 4].to), 0.0);
     }
   }
-  for (const Segment& line : pyramidOf(viewFrom(20, 30, 1e5, 40, -90), earth))
+  for (const Segment& line : pyramidOf(viewFrom(20, 30, 1e5, 40, -90, kViewport), earth))
     EXPECT_NEAR(earth.geodeticFromBody(line.to).height_m, 0.0, 1e-3);
 }
 
@@ -128,7 +122,7 @@ class DebugGlobe : public ::testing::Test {
 };
 
 TEST_F(DebugGlobe, TilesTellTheirScreenErrors) {
-  const Frame& frame = loaded(viewFrom(20, 30, 3e5, 40, -40));
+  const Frame& frame = loaded(viewFrom(20, 30, 3e5, 40, -40, kViewport));
   double most_px = 0.0;
   for (const DrawnTile& tile : frame.tiles) {
     EXPECT_GE(tile.error_px, 0.0);
@@ -139,7 +133,7 @@ TEST_F(DebugGlobe, TilesTellTheirScreenErrors) {
 }
 
 TEST_F(DebugGlobe, BoxesComeWhenAskedForAndHoldTheirGround) {
-  const View view = viewFrom(20, 30, 3e5, 40, -40);
+  const View view = viewFrom(20, 30, 3e5, 40, -40, kViewport);
   EXPECT_TRUE(loaded(view).debug.boxes.empty());
   globe_->debugViews().add(DebugView::boxes);
   const Frame& frame = loaded(view);
@@ -154,8 +148,8 @@ TEST_F(DebugGlobe, BoxesComeWhenAskedForAndHoldTheirGround) {
 }
 
 TEST_F(DebugGlobe, AFrozenCutStaysWhileTheEyeMovesOn) {
-  const View first = viewFrom(20, 30, 3e5, 40, -40);
-  const View second = viewFrom(21, 33, 9e5, 300, -80);
+  const View first = viewFrom(20, 30, 3e5, 40, -40, kViewport);
+  const View second = viewFrom(21, 33, 9e5, 300, -80, kViewport);
   const auto tiles = tilesOf(loaded(first));
   const auto followed = tilesOf(loaded(second));
   EXPECT_NE(followed, tiles);
@@ -176,9 +170,9 @@ TEST_F(DebugGlobe, AFrozenCutStaysWhileTheEyeMovesOn) {
 
 // As `render --freeze-at` does: nothing was loaded before.
 TEST_F(DebugGlobe, ACutFrozenBeforeAnythingIsThereIsLoaded) {
-  const View first = viewFrom(20, 30, 3e5, 40, -40);
+  const View first = viewFrom(20, 30, 3e5, 40, -40, kViewport);
   globe_->freezeCut(first);
-  const auto tiles = tilesOf(loaded(viewFrom(-20, -150, 1e7, 0, -90)));
+  const auto tiles = tilesOf(loaded(viewFrom(-20, -150, 1e7, 0, -90, kViewport)));
   EXPECT_GT(tiles.size(), 20u);
   globe_->freezeCut(std::nullopt);
   EXPECT_EQ(tilesOf(loaded(first)), tiles);

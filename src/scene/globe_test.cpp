@@ -12,6 +12,7 @@
 #include "scene/drawn_ground.h"
 #include "scene/drawn_vertex.h"
 #include "scene/procedural_source_test.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -20,15 +21,6 @@ using namespace std::chrono_literals;
 using tiling::Scheme;
 using tiling::TileId;
 using tiling::Tiling;
-
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
-}
 
 View randomView(std::mt19937_64& random) {
   const double height_m = 9000.0 * std::exp(geo::uniform(random, 0.0, 7.5));

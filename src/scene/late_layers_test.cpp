@@ -12,6 +12,7 @@
 #include "scene/drawn_ground.h"
 #include "scene/globe.h"
 #include "scene/remote_source_test.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -20,18 +21,11 @@ using namespace std::chrono_literals;
 using tiling::Scheme;
 using tiling::TileId;
 
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 640, .height = 480});
-}
+constexpr Viewport kViewport{.width = 640, .height = 480};
 
 /// Some way down to hills, oblique.
 View hillsView() {
-  return viewFrom(46.6, 8.0, 60e3, 20, -35);
+  return viewFrom(46.6, 8.0, 60e3, 20, -35, kViewport);
 }
 
 struct Remote {
@@ -274,7 +268,7 @@ TEST_P(LateLayers, withAClockAFrameAtRestIsCompleteAtLast) {
     double heading = between(0, 360);
     const double pitch = between(-90, -5);
     for (int i = 0; i < 20; ++i)
-      next(view = viewFrom(lat += 0.02, lon, height_m, heading += 3, pitch), 2);
+      next(view = viewFrom(lat += 0.02, lon, height_m, heading += 3, pitch, kViewport), 2);
   }
   const auto end = std::chrono::steady_clock::now() + 60s;
   const Frame* frame = &next(view, 1000);
@@ -291,8 +285,8 @@ TEST_P(LateLayers, withAClockAFrameAtRestIsCompleteAtLast) {
 TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {
   Remote colours(raster::Kind::imagery, Scheme::cube, 9);
   const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}});
-  const View here = viewFrom(0, 0, 100e3, 0, -60);
-  const View there = viewFrom(0, 170, 100e3, 0, -60);
+  const View here = viewFrom(0, 0, 100e3, 0, -60, kViewport);
+  const View there = viewFrom(0, 170, 100e3, 0, -60, kViewport);
   for (int i = 0; i < 1000 && (i < 5 || colours.server->waiting() == 0); ++i) {
     if (i < 5) colours.server->serve(6);
     passed(*globe, here, 3);

@@ -7,6 +7,7 @@
 #include "scene/globe.h"
 #include "scene/remote_source_test.h"
 #include "scene/screen_share.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -15,15 +16,6 @@ using namespace std::chrono_literals;
 using tiling::Scheme;
 using tiling::TileId;
 using Order = FakeServer::Order;
-
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
-}
 
 std::vector<geo::Direction> placesIn(const View& view) {
   constexpr int kColumns = 40;

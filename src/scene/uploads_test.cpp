@@ -11,6 +11,7 @@
 #include "geo/body.h"
 #include "scene/globe.h"
 #include "scene/procedural_source_test.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -79,15 +80,6 @@ class FakeGpu final : public Residency {
   std::uint64_t now_ = 0;
   std::uint64_t departures_ = 1;
 };
-
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 1024, .height = 768});
-}
 
 std::set<TileId> tilesOf(const Frame& frame) {
   std::set<TileId> out;

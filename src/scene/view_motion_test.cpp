@@ -11,6 +11,7 @@
 #include "geo/seed_test.h"
 #include "scene/globe.h"
 #include "scene/remote_source_test.h"
+#include "scene/view_from_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -18,14 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 using tiling::Scheme;
 
-View viewFrom(double lat, double lon, double height_m, double heading, double pitch) {
-  const Camera camera{
-      .position = {.lat = geo::Angle::degrees(lat), .lon = geo::Angle::degrees(lon), .height_m = height_m},
-      .heading = geo::Angle::degrees(heading),
-      .pitch = geo::Angle::degrees(pitch),
-      .roll = {}};
-  return viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 640, .height = 480});
-}
+constexpr Viewport kViewport{.width = 640, .height = 480};
 
 /// A camera that moves evenly.
 struct Course {
@@ -38,7 +32,7 @@ struct Course {
 
   View at(double time_s) const {
     return viewFrom(lat + north_s * time_s, 8.0, height_m * std::pow(climb_s, time_s), heading + turning_s * time_s,
-                    -40);
+                    -40, kViewport);
   }
 };
 
