@@ -29,5 +29,9 @@ function(tellurion_room_tests name)
                         tellurion_warnings)
   target_compile_definitions(${name}_tests PRIVATE
     TELLURION_SOURCE_DIR="${PROJECT_SOURCE_DIR}" TELLURION_SHARED_DATA_DIR="${PROJECT_SOURCE_DIR}/../shared/data")
+  # Tests are half of what there is to compile: GoogleTest's headers are read once, and the tests' own code need not be fast.
+  target_precompile_headers(${name}_tests PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  # At -O1 g++ 12 sees overruns inside inlined strings that are not there (GCC bug 105329).
+  target_compile_options(${name}_tests PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1> "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
   gtest_discover_tests(${name}_tests TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
 endfunction()
