@@ -101,18 +101,17 @@ io::Result<std::vector<std::byte>> payloadOf(const Raster<Rgba8>& pixels) {
 
 io::Result<void> TileMaker::sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                               Raster<Rgba8>& pixels) {
-  const raster::OpenPlaces open =
-      openPlaces(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
-  if (open.indices.empty()) return {};
-  std::vector<Rgba8> colours(open.indices.size());
+  const auto open = openSamples(plan_.tiling(), task.id, raster::Kind::imagery, plan_.meta.tileCells, known);
+  if (open.empty()) return {};
+  std::vector<Rgba8> colours(open.size());
   if (base_ != nullptr) {
     const auto below = base_->colours(task.id);
     if (!below) return tl::unexpected(below.error());
-    std::ranges::transform(open.indices, colours.begin(), [&](std::size_t i) { return below->samples[i]; });
+    std::ranges::transform(open, colours.begin(), [&](std::size_t i) { return below->samples[i]; });
   }
-  if (auto ok = inputs_.colours(task.inputs, open.places, colours); !ok) return ok;
+  if (auto ok = inputs_.colours(task.inputs, task.id, open, colours); !ok) return ok;
   for (std::size_t i = 0; i < colours.size(); ++i)
-    pixels.samples[open.indices[i]] = colours[i];
+    pixels.samples[open[i]] = colours[i];
   return {};
 }
 

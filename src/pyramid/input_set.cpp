@@ -51,13 +51,15 @@ io::Result<void> InputSet::heights(std::span<const int> inputs, std::span<const 
   return {};
 }
 
-io::Result<void> InputSet::colours(std::span<const int> inputs, std::span<const geo::Direction> places,
-                                   std::span<raster::Rgba8> out) {
+io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
+  const tiling::Tiling tiling = plan_.tiling();
   for (const int input : inputs) {
     const auto opened = file(input);
     if (!opened) return tl::unexpected(opened.error());
     const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
-    if (auto ok = (*opened)->sampleColours(places, footprint, out); !ok) return ok;
+    auto ok = (*opened)->sampleTile(tiling, id, plan_.meta.tileCells, indices, footprint, out);
+    if (!ok) return ok;
   }
   return {};
 }

@@ -18,10 +18,12 @@ class InputSet {
   InputSet(const BuildPlan& plan, std::size_t mostOpen, std::size_t cacheBytes)
       : plan_(plan), files_(plan.inputs.size()), mostOpen_(mostOpen), cacheBytes_(cacheBytes) {}
 
-  /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a value depends on the
-  /// place alone: neither on the tile that asks nor on its level.
+  /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a height depends on the
+  /// place alone: neither on the tile that asks nor on its level. Colours do so where tiles meet, and within tiles but
+  /// for the 1/256 of a pixel that sampleTile may be off.
   io::Result<void> heights(std::span<const int> inputs, std::span<const geo::Direction> places, std::span<float> out);
-  io::Result<void> colours(std::span<const int> inputs, std::span<const geo::Direction> places,
+  /// For samples of a tile, as RasterFile::sampleTile.
+  io::Result<void> colours(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
                            std::span<raster::Rgba8> out);
 
   /// As RasterFile::mayTouch; true without a look where there are more inputs than may be open, for opening each again

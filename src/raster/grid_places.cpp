@@ -5,156 +5,34 @@
 #include <cmath>
 #include <unordered_set>
 
+#include "raster/lattice_filler.h"
 #include "raster/tile_places.h"
 
 namespace tellurion::raster {
 namespace {
 
-/// Samples a side of the largest cells of the lattice.
-constexpr int kLatticeCell = 16;
-/// Of the error allowed, what is allowed where it is measured: in the middle of a cell and of its edges.
-constexpr double kMeasured = 0.5;
 constexpr int kImageLattice = 16;  ///< cells a side, for what to ask for
 constexpr std::size_t kMostImages = 1024;
 
-/// Fills a tile's places from as few exact ones as do.
-class LatticeFiller {
+/// A grid's plane as a tile sees it.
+class GridPlane {
  public:
-  LatticeFiller(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
-                int cells, TilePlaces& out)
-      : geometry_(geometry),
-        tiling_(tiling),
-        id_(id),
-        kind_(kind),
-        cells_(cells),
-        side_(sideOf(kind, cells)),
-        out_(out),
-        known_(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_), false) {
-    out_.plane.resize(known_.size());
-    out_.exists.assign(known_.size(), false);
-    const GridFit finest = geometry.fit(sampleSpacing(tiling, id.level, cells), tiling.scheme(), 1.0);
-    const GridLevel& level = geometry.level(std::max(finest.level, 0));
-    xTolerance_ = kMeasured * kPlaceError_pixels * level.pixelWidth;
-    yTolerance_ = kMeasured * kPlaceError_pixels * level.pixelHeight;
-  }
+  using Places = PlanePlaces;
+  static constexpr std::array kColumns{&PlanePlaces::x, &PlanePlaces::y, &PlanePlaces::narrowing};
 
-  /// One after the other, exactly.
-  void all() {
-    std::vector<std::size_t> indices;
-    std::vector<geo::Direction> directions;
-    for (int row = 0; row < side_; ++row) {
-      for (int column = 0; column < side_; ++column) {
-        const auto place = placeOf(tiling_, id_, kind_, cells_, column, row);
-        if (!place) continue;
-        indices.push_back(index(column, row));
-        directions.push_back(*place);
-      }
-    }
-    PlanePlaces exact;
-    geometry_.places(directions, exact);
-    for (std::size_t i = 0; i < indices.size(); ++i)
-      set(indices[i], exact.x[i], exact.y[i], exact.narrowing[i]);
+  GridPlane(const GridGeometry& geometry, const tiling::Tiling& tiling, int level, int cells) : geometry_(geometry) {
+    const GridFit finest = geometry.fit(sampleSpacing(tiling, level, cells), tiling.scheme(), 1.0);
+    const GridLevel& read = geometry.level(std::max(finest.level, 0));
+    xTolerance_ = kPlaceError_pixels * read.pixelWidth;
+    yTolerance_ = kPlaceError_pixels * read.pixelHeight;
   }
-
-  void lattice() {
-    for (int i = 0; i < side_; ++i) {
-      exact(i, 0);
-      exact(i, side_ - 1);
-      exact(0, i);
-      exact(side_ - 1, i);
-    }
-    for (int top = 1; top < side_ - 2; top += kLatticeCell) {
-      for (int left = 1; left < side_ - 2; left += kLatticeCell)
-        cell(left, top, std::min(left + kLatticeCell, side_ - 2), std::min(top + kLatticeCell, side_ - 2));
-    }
-  }
+  void exact(std::span<const geo::Direction> directions, PlanePlaces& out) const { geometry_.places(directions, out); }
+  double turn() const { return geometry_.turn(); }
+  double xTolerance() const { return xTolerance_; }
+  double yTolerance() const { return yTolerance_; }
 
  private:
-  struct Point {
-    double x, y, narrowing;
-  };
-
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(side_) + static_cast<std::size_t>(column);
-  }
-  void set(std::size_t i, double x, double y, double narrowing) {
-    out_.plane.x[i] = x;
-    out_.plane.y[i] = y;
-    out_.plane.narrowing[i] = narrowing;
-    out_.exists[i] = true;
-    known_[i] = true;
-  }
-  Point exact(int column, int row) {
-    const std::size_t i = index(column, row);
-    if (!known_[i]) {
-      known_[i] = true;
-      if (const auto place = placeOf(tiling_, id_, kind_, cells_, column, row)) {
-        geometry_.places({&*place, 1}, one_);
-        set(i, one_.x[0], one_.y[0], one_.narrowing[0]);
-      }
-    }
-    return {out_.plane.x[i], out_.plane.y[i], out_.plane.narrowing[i]};
-  }
-
-  /// x at the turn of the plane nearest to another.
-  double near(double x, double reference) const {
-    return geometry_.turn() > 0.0 ? reference + std::remainder(x - reference, geometry_.turn()) : x;
-  }
-
-  /// A cell with its corners; the gutter is not in it.
-  void cell(int left, int top, int right, int bottom) {
-    const int middle = (left + right) / 2;
-    const int centre = (top + bottom) / 2;
-    std::array<Point, 4> corners{exact(left, top), exact(right, top), exact(left, bottom), exact(right, bottom)};
-    for (Point& corner : corners)
-      corner.x = near(corner.x, corners[0].x);
-    const auto between = [&](int column, int row) {
-      const double s = right > left ? static_cast<double>(column - left) / (right - left) : 0.0;
-      const double t = bottom > top ? static_cast<double>(row - top) / (bottom - top) : 0.0;
-      const auto mix = [&](double Point::*v) {
-        return (corners[0].*v * (1.0 - s) + corners[1].*v * s) * (1.0 - t) +
-               (corners[2].*v * (1.0 - s) + corners[3].*v * s) * t;
-      };
-      return Point{mix(&Point::x), mix(&Point::y), mix(&Point::narrowing)};
-    };
-    // Written so that what is not finite is not straight.
-    const auto isStraightAt = [&](int column, int row) {
-      const Point real = exact(column, row);
-      const Point guess = between(column, row);
-      return std::abs(near(real.x, guess.x) - guess.x) <= xTolerance_ && std::abs(real.y - guess.y) <= yTolerance_;
-    };
-    const bool isStraight = isStraightAt(middle, centre) && isStraightAt(middle, top) && isStraightAt(left, centre) &&
-                            isStraightAt(middle, bottom) && isStraightAt(right, centre);
-    if (!isStraight && (right - left > 2 || bottom - top > 2)) {
-      cell(left, top, middle, centre);
-      cell(middle, top, right, centre);
-      cell(left, centre, middle, bottom);
-      cell(middle, centre, right, bottom);
-      return;
-    }
-    for (int row = top; row <= bottom; ++row) {
-      for (int column = left; column <= right; ++column) {
-        const std::size_t i = index(column, row);
-        if (known_[i]) continue;
-        if (isStraight) {
-          const Point p = between(column, row);
-          set(i, p.x, p.y, p.narrowing);
-        } else {
-          exact(column, row);
-        }
-      }
-    }
-  }
-
   const GridGeometry& geometry_;
-  const tiling::Tiling& tiling_;
-  const tiling::TileId& id_;
-  Kind kind_;
-  int cells_;
-  int side_;
-  TilePlaces& out_;
-  std::vector<bool> known_;
-  PlanePlaces one_;
   double xTolerance_ = 0.0;
   double yTolerance_ = 0.0;
 };
@@ -242,14 +120,15 @@ int latticeSample(int i, int side) {
 
 }  // namespace
 
-TilePlaces tilePlaces(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
-                      int cells) {
-  TilePlaces places;
-  LatticeFiller filler(geometry, tiling, id, kind, cells, places);
-  if (kind == Kind::elevation || cells < kLatticeCell) {
-    filler.all();
+PlanePlaces tilePlaces(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
+                       int cells) {
+  PlanePlaces places;
+  const GridPlane plane(geometry, tiling, id.level, cells);
+  LatticeFiller filler(plane, tiling, id, kind, cells);
+  if (kind == Kind::elevation || cells < filler.kCell) {
+    filler.fillExactly(places);
   } else {
-    filler.lattice();
+    filler.fill(places);
   }
   return places;
 }

@@ -21,19 +21,18 @@ TEST(GridPlaces, BetweenTheLatticePlacesAreWithinTheirError) {
         const int level = i % 8;
         tiling::TileId id = randomTile(random, tiling, level);
         if (i % 3 == 0) id = tiling.tileAt(geo::directionFromDegrees(i % 2 == 0 ? -90.0 : 85.0, 180.0), level);
-        const TilePlaces places = tilePlaces(*geometry, tiling, id, Kind::imagery, kImageryPixels);
+        const PlanePlaces places = tilePlaces(*geometry, tiling, id, Kind::imagery, kImageryPixels);
         const geo::Angle spacing = sampleSpacing(tiling, level, kImageryPixels);
         PlanePlaces exact;
         forEachPlace(tiling, id, Kind::imagery, kImageryPixels, [&](int column, int row, const geo::Direction& place) {
           if ((column * 7 + row * 13) % 23 != 0) return;
           const auto index = static_cast<std::size_t>(row * (kImageryPixels + 2 * kGutter) + column);
-          ASSERT_TRUE(places.exists[index]);
           geometry->places({&place, 1}, exact);
           const GridFit fit = geometry->fit(spacing, scheme, exact.narrowing[0]);
           if (fit.level < 0 || !std::isfinite(exact.x[0])) return;
           const auto& window = geometry->window(fit.level).topology;
           const auto wanted = geometry->pixel(fit.level, exact.x[0], exact.y[0]);
-          const auto got = geometry->pixel(fit.level, places.plane.x[index], places.plane.y[index]);
+          const auto got = geometry->pixel(fit.level, places.x[index], places.y[index]);
           if (!(wanted.col >= 0 && wanted.col <= window.width && wanted.row >= 0 && wanted.row <= window.height))
             return;
           const double dx = window.ring > 0 ? std::remainder(got.col - wanted.col, window.ring) : got.col - wanted.col;

@@ -184,12 +184,11 @@ class TileSampler {
 
  private:
   void chooseLevels() {
-    const PlanePlaces& plane = places_.plane;
-    levels_.assign(plane.x.size(), -1);
+    levels_.assign(places_.x.size(), -1);
     for (std::size_t i = 0; i < levels_.size(); ++i) {
-      if (!places_.exists[i] || !std::isfinite(plane.x[i]) || !std::isfinite(plane.y[i])) continue;
-      if (!geometry_.isInBounds(plane.x[i], plane.y[i])) continue;
-      levels_[i] = geometry_.fit(spacing_, scheme_, plane.narrowing[i]).level;
+      if (!std::isfinite(places_.x[i]) || !std::isfinite(places_.y[i])) continue;
+      if (!geometry_.isInBounds(places_.x[i], places_.y[i])) continue;
+      levels_[i] = geometry_.fit(spacing_, scheme_, places_.narrowing[i]).level;
       made_.isReached = made_.isReached || (levels_[i] >= 0 && isInside(i));
     }
   }
@@ -207,10 +206,10 @@ class TileSampler {
     Group points;
     for (std::size_t i = 0; i < levels_.size(); ++i) {
       if (levels_[i] != level) continue;
-      const double narrowing = places_.plane.narrowing[i];
+      const double narrowing = places_.narrowing[i];
       const GridFit fit = geometry_.fitOn(level, spacing_, scheme_, narrowing);
       Group& group = fit.isMean ? means : points;
-      group.add(i, geometry_.pixel(level, places_.plane.x[i], places_.plane.y[i]), fit);
+      group.add(i, geometry_.pixel(level, places_.x[i], places_.y[i]), fit);
       if (group.indices.size() >= kBatch) readGroup(store, group, fit.isMean);
       const bool isFiner = geometry_.pixelSide(level, narrowing).radians() * kFiner < 2.0 * spacing_.radians();
       made_.addsDetail = made_.addsDetail || (isFiner && isInside(i));
@@ -224,8 +223,8 @@ class TileSampler {
   io::Result<void> hold(int level, LevelImages<T>& images) {
     for (std::size_t i = 0; i < levels_.size(); ++i) {
       if (levels_[i] != level) continue;
-      const GridFit fit = geometry_.fitOn(level, spacing_, scheme_, places_.plane.narrowing[i]);
-      const GridGeometry::Pixel pixel = geometry_.pixel(level, places_.plane.x[i], places_.plane.y[i]);
+      const GridFit fit = geometry_.fitOn(level, spacing_, scheme_, places_.narrowing[i]);
+      const GridGeometry::Pixel pixel = geometry_.pixel(level, places_.x[i], places_.y[i]);
       const auto held = images.hold(pixel.col, pixel.row, fit);
       if (!held) return tl::unexpected(held.error());
       if (!*held) --levels_[i];
@@ -253,7 +252,7 @@ class TileSampler {
   geo::Angle spacing_;
   const GridImages<T>& images_;
   int side_;
-  TilePlaces places_;
+  PlanePlaces places_;
   std::vector<int> levels_;  ///< of each sample the level that it is to be read on; -1: it has no data
   std::vector<T> out_;
   GridSamples<T> made_;

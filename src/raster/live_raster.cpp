@@ -61,41 +61,42 @@ class LiveRaster final : public TileSource {
     return side > spacing_ ? side : geo::Angle();
   }
 
-  template <class T, class Sample>
-  io::Result<Raster<T>> sampled(const tiling::TileId& id, T empty, const Sample& sample) const {
+  template <class T>
+  Raster<T> laidOut(std::span<const std::size_t> indices, std::span<const T> values, T empty) const {
     const int side = sideOf(info_.kind, info_.tileCells);
     Raster<T> samples(side, side, empty);
-    const OpenPlaces open =
-        openPlaces(tiling_, id, info_.kind, info_.tileCells, std::vector<bool>(samples.samples.size(), false));
-    std::vector<T> values(open.places.size(), empty);
-    if (auto done = sample(open.places, values); !done) return tl::unexpected(std::move(done.error()));
     for (std::size_t i = 0; i < values.size(); ++i)
-      samples.samples[open.indices[i]] = values[i];
+      samples.samples[indices[i]] = values[i];
     return samples;
+  }
+  /// All samples, as what is not known yet.
+  std::vector<bool> nothingKnown() const {
+    const auto side = static_cast<std::size_t>(sideOf(info_.kind, info_.tileCells));
+    return std::vector<bool>(side * side, false);
   }
 
   io::Result<std::optional<SourceTile>> heights(RasterFile& file, const tiling::TileId& id,
                                                 const TilePresence& presence) const {
-    auto samples = sampled<float>(id, kNoData, [&](const auto& places, auto& out) {
-      return file.sampleHeights(places, footprint(id.level), out);
-    });
-    if (!samples) return tl::unexpected(std::move(samples.error()));
-    if (isNeeded(id, presence, std::ranges::any_of(samples->samples, [](float h) { return !isNoData(h); }))) {
-      return std::optional(liveTile(std::move(*samples), presence.childMask, id, info_));
+    const OpenPlaces open = openPlaces(tiling_, id, info_.kind, info_.tileCells, nothingKnown());
+    std::vector<float> heights(open.places.size(), kNoData);
+    auto done = file.sampleHeights(open.places, footprint(id.level), heights);
+    if (!done) return tl::unexpected(std::move(done.error()));
+    if (!isNeeded(id, presence, std::ranges::any_of(heights, [](float h) { return !isNoData(h); }))) {
+      return std::optional<SourceTile>{};
     }
-    return std::optional<SourceTile>{};
+    return std::optional(liveTile(laidOut<float>(open.indices, heights, kNoData), presence.childMask, id, info_));
   }
 
   io::Result<std::optional<SourceTile>> colours(RasterFile& file, const tiling::TileId& id,
                                                 const TilePresence& presence) const {
-    auto pixels = sampled<Rgba8>(id, Rgba8{}, [&](const auto& places, auto& out) {
-      return file.sampleColours(places, footprint(id.level), out);
-    });
-    if (!pixels) return tl::unexpected(std::move(pixels.error()));
-    if (isNeeded(id, presence, std::ranges::any_of(pixels->samples, [](const Rgba8& p) { return p.a != 0; }))) {
-      return std::optional(liveTile(std::move(*pixels), presence.childMask));
+    const auto open = openSamples(tiling_, id, info_.kind, info_.tileCells, nothingKnown());
+    std::vector<Rgba8> pixels(open.size());
+    auto done = file.sampleTile(tiling_, id, info_.tileCells, open, footprint(id.level), pixels);
+    if (!done) return tl::unexpected(std::move(done.error()));
+    if (!isNeeded(id, presence, std::ranges::any_of(pixels, [](const Rgba8& p) { return p.a != 0; }))) {
+      return std::optional<SourceTile>{};
     }
-    return std::optional<SourceTile>{};
+    return std::optional(liveTile(laidOut<Rgba8>(open, pixels, Rgba8{}), presence.childMask));
   }
 
   /// presence() is conservative; a tile without data is there only for what is below it.

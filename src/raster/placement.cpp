@@ -101,13 +101,23 @@ void Placement::toPixels(std::span<double> lon, std::span<double> lat) const {
       lat[i] = x * inverse_[4] + y * inverse_[5];
     }
   }
-  // What rounding has put just outside is brought back to the edge.
+  toEdges(lon, lat);
+}
+
+/// What rounding has put just outside is brought back to the edge.
+void Placement::toEdges(std::span<double> col, std::span<double> row) const {
   const double right = topology_.width;
   const double bottom = topology_.height;
-  for (std::size_t i = 0; i < lon.size(); ++i) {
-    if (lon[i] > -kEdge && lon[i] < right + kEdge) lon[i] = std::clamp(lon[i], 0.0, right);
-    if (lat[i] > -kEdge && lat[i] < bottom + kEdge) lat[i] = std::clamp(lat[i], 0.0, bottom);
+  for (std::size_t i = 0; i < col.size(); ++i) {
+    if (col[i] > -kEdge && col[i] < right + kEdge) col[i] = std::clamp(col[i], 0.0, right);
+    if (row[i] > -kEdge && row[i] < bottom + kEdge) row[i] = std::clamp(row[i], 0.0, bottom);
   }
+}
+
+void Placement::settle(PixelPlaces& places) const {
+  for (double& col : places.col)
+    col = pixelColumn(col);
+  toEdges(places.col, places.row);
 }
 
 void Placement::pixels(std::span<const geo::Direction> directions, PixelPlaces& places) const {

@@ -47,6 +47,12 @@ class Placement {
   /// The same and the sides in pixels of a square of angular side `side`.
   void squares(std::span<const geo::Direction> directions, geo::Angle side, PixelPlaces& places) const;
 
+  /// Columns after which the map begins again; 0 where it does not, or not along columns.
+  double period() const { return period_; }
+  /// Brings columns of other turns to the one that the raster lies on, and what rounding has put just outside to the
+  /// edge.
+  void settle(PixelPlaces& places) const;
+
   /// The place of a pixel coordinate, or nothing where the map has none.
   std::optional<geo::Direction> direction(double col, double row) const;
   /// Longitudes and latitudes in degrees of pixel coordinates, in place; not finite where the map has none.
@@ -54,6 +60,7 @@ class Placement {
 
  private:
   void toPixels(std::span<double> lon, std::span<double> lat) const;
+  void toEdges(std::span<double> col, std::span<double> row) const;
   double pixelColumn(double col) const;
   void findTopology(int width, int height);
 

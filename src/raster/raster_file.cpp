@@ -11,6 +11,7 @@
 #include "raster/footprint.h"
 #include "raster/gdal_session.h"
 #include "raster/height_band.h"
+#include "raster/raster_places.h"
 #include "raster/sampling.h"
 
 namespace tellurion::raster {
@@ -100,6 +101,28 @@ struct RasterFile::State {
     return {};
   }
 
+  io::Result<void> sampleTile(const PixelPlaces& tile, std::span<const std::size_t> indices, std::span<Rgba8> out) {
+    const bool points = tile.width.empty();
+    for (std::size_t first = 0; first < indices.size(); first += kBatch) {
+      const auto batch = indices.subspan(first, std::min(kBatch, indices.size() - first));
+      gather(tile.col, batch, places.col);
+      gather(tile.row, batch, places.row);
+      if (!points) {
+        gather(tile.width, batch, places.width);
+        gather(tile.height, batch, places.height);
+      }
+      if (!(points ? bilinearColours : meanColours)(colours->store, places, out.subspan(first, batch.size()))) {
+        return tl::unexpected(colours->store.failure().value());
+      }
+    }
+    return {};
+  }
+
+  static void gather(const std::vector<double>& from, std::span<const std::size_t> indices, std::vector<double>& to) {
+    to.resize(indices.size());
+    std::ranges::transform(indices, to.begin(), [&](std::size_t i) { return from[i]; });
+  }
+
   void tellOfImpossibleHeights() {
     if (toldOfImpossibleHeights || !heights->bands.metImpossibleHeights()) return;
     toldOfImpossibleHeights = true;
@@ -171,6 +194,16 @@ io::Result<void> RasterFile::sampleColours(std::span<const geo::Direction> direc
                                            std::span<Rgba8> out) {
   if (!state_->colours) return io::fail(Code::invalidArgument, "was opened as elevation", state_->info.path);
   return state_->sample(state_->colours->store, directions, footprint, out, bilinearColours, meanColours);
+}
+
+io::Result<void> RasterFile::sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+                                        std::span<const std::size_t> indices, geo::Angle footprint,
+                                        std::span<Rgba8> out) {
+  if (!state_->colours) return io::fail(Code::invalidArgument, "was opened as elevation", state_->info.path);
+  if (out.size() != indices.size()) {
+    return io::fail(Code::invalidArgument, "as many samples as indices are needed", state_->info.path);
+  }
+  return state_->sampleTile(tilePixels(state_->placement, tiling, id, cells, footprint), indices, out);
 }
 
 }  // namespace tellurion::raster

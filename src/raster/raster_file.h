@@ -94,6 +94,12 @@ class RasterFile {
   io::Result<void> sampleColours(std::span<const geo::Direction> directions, geo::Angle footprint,
                                  std::span<Rgba8> out);
 
+  /// The same for samples of an imagery tile with its gutter (raster/tile.h): those at `indices`, row by row; out, of
+  /// the size of indices, is laid over. Exact in the gutter; elsewhere beside the place by less than 1/256 of a pixel,
+  /// which is many times faster. Corners of the gutter that no single place owns get nothing.
+  io::Result<void> sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+                              std::span<const std::size_t> indices, geo::Angle footprint, std::span<Rgba8> out);
+
  private:
   struct State;
   explicit RasterFile(std::unique_ptr<State> state);

@@ -16,19 +16,30 @@ std::optional<geo::Direction> placeOf(const tiling::Tiling& tiling, const tiling
   return tiling.direction(*point);
 }
 
+std::vector<std::size_t> openSamples(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
+                                     const std::vector<bool>& known) {
+  const int last = sideOf(kind, cells) - 1;
+  std::vector<std::size_t> open;
+  std::size_t index = 0;
+  for (int row = 0; row <= last; ++row) {
+    for (int column = 0; column <= last; ++column, ++index) {
+      if (known[index]) continue;
+      // Only a corner of the gutter may be nobody's.
+      const bool isCorner = (row == 0 || row == last) && (column == 0 || column == last);
+      if (!isCorner || placeOf(tiling, id, kind, cells, column, row)) open.push_back(index);
+    }
+  }
+  return open;
+}
+
 OpenPlaces openPlaces(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
                       const std::vector<bool>& known) {
   const int side = sideOf(kind, cells);
-  OpenPlaces open;
-  for (int row = 0; row < side; ++row) {
-    for (int column = 0; column < side; ++column) {
-      const auto index = static_cast<std::size_t>(row * side + column);
-      if (known[index]) continue;
-      const auto place = placeOf(tiling, id, kind, cells, column, row);
-      if (!place) continue;
-      open.indices.push_back(index);
-      open.places.push_back(*place);
-    }
+  OpenPlaces open{openSamples(tiling, id, kind, cells, known), {}};
+  open.places.reserve(open.indices.size());
+  for (const std::size_t i : open.indices) {
+    const auto index = static_cast<int>(i);
+    open.places.push_back(*placeOf(tiling, id, kind, cells, index % side, index / side));
   }
   return open;
 }

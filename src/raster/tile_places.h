@@ -21,6 +21,10 @@ struct OpenPlaces {
 OpenPlaces openPlaces(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
                       const std::vector<bool>& known);
 
+/// Their indices alone.
+std::vector<std::size_t> openSamples(const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind, int cells,
+                                     const std::vector<bool>& known);
+
 /// Samples a side, gutter included.
 int sideOf(Kind kind, int cells);
 
