@@ -126,6 +126,10 @@ io::Result<std::optional<TileRecord>> TileMaker::makeImagery(const TileTask& tas
     takeChild(canvas, static_cast<int>(q), *child);
     record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
   }
+  for (const int row : {-1, canvas.size}) {
+    for (const int column : {-1, canvas.size})
+      canvas.set(column, row, {});  // filled from beside it below
+  }
   if (auto ok = sampleOpenColours(task, canvas.known, canvas.pixels); !ok) return tl::unexpected(ok.error());
   fillCorners(canvas.pixels);
   if (record.childMask == 0 && isEmpty(canvas.pixels)) return std::optional<TileRecord>{};

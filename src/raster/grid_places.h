@@ -13,7 +13,7 @@ inline constexpr double kPlaceError_pixels = 0.02;
 /// gutter that no single place owns.
 ///
 /// Elevation: each exactly, so that neighbours have the same bits. Imagery: exactly on a lattice and in the gutter;
-/// between, bilinear where that is off by less than kPlaceError_pixels of the finest pixels that the tile reads.
+/// between, quadratic where that is off by less than kPlaceError_pixels of the finest pixels that the tile reads.
 PlanePlaces tilePlaces(const GridGeometry& geometry, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
                        int cells);
 

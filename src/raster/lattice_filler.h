@@ -12,7 +12,7 @@
 namespace tellurion::raster {
 
 /// Fills the places of a tile's samples in a plane, gutter included, from as few exact ones as do: exactly on a lattice
-/// and in the gutter, so that neighbours agree there; between, bilinear where that is off by no more than the plane's
+/// and in the gutter, so that neighbours agree there; between, quadratic where that is off by no more than the plane's
 /// tolerance. Plane has
 ///   Places               columns of numbers, one for each sample
 ///   kColumns             pointers to them: x and y first, then what varies smoothly with them
@@ -73,8 +73,11 @@ class LatticeFiller {
   static constexpr std::size_t kCount = Plane::kColumns.size();
   using Point = std::array<double, kCount>;
 
-  /// Of the error allowed, what is allowed where it is measured: in the middle of a cell and of its edges.
-  static constexpr double kMeasured = 0.5;
+  /// Of the error allowed, what is allowed where it is measured. Planes have kinks (where the parts of a tiling or of a
+  /// map meet); one that cuts off a corner of a cell is seven times worse beside that corner than where it is measured.
+  static constexpr double kMeasured = 1.0 / 7.0;
+  /// Sides of the smallest cells; a smaller one saves nothing.
+  static constexpr int kLeast = 4;
   /// By how much, as a share, what varies smoothly may be off there.
   static constexpr double kOther = 0.01;
 
@@ -123,41 +126,70 @@ class LatticeFiller {
            std::abs(real[1] - guess[1]) <= kMeasured * plane_.yTolerance();
   }
 
-  /// A cell with its corners; the gutter is not in it.
+  /// A quadratic through three points: weights at u, of nodes at 0, m and 1.
+  static std::array<double, 3> weights(double u, double m) {
+    return {(u - m) * (u - 1.0) / m, u * (u - 1.0) / (m * (m - 1.0)), u * (u - m) / (1.0 - m)};
+  }
+  static Point mixed(const std::array<Point, 3>& nodes, const std::array<double, 3>& w) {
+    Point p{};
+    for (std::size_t k = 0; k < kCount; ++k)
+      p[k] = nodes[0][k] * w[0] + nodes[1][k] * w[1] + nodes[2][k] * w[2];
+    return p;
+  }
+
+  /// The samples from (left, top) to (right, bottom), the gutter not among them: between three times three of them
+  /// quadratic both ways, if that is right at four more.
   void cell(int left, int top, int right, int bottom) {
+    if (right - left < kLeast || bottom - top < kLeast) {
+      for (int row = top; row <= bottom; ++row) {
+        for (int col = left; col <= right; ++col)
+          exact(col, row);
+      }
+      return;
+    }
     const int middle = (left + right) / 2;
     const int centre = (top + bottom) / 2;
-    std::array<Point, 4> corners{exact(left, top), exact(right, top), exact(left, bottom), exact(right, bottom)};
-    for (Point& corner : corners)
-      corner[0] = near(corner[0], corners[0][0]);
-    const auto between = [&](int col, int row) {
-      const double s = right > left ? static_cast<double>(col - left) / (right - left) : 0.0;
-      const double t = bottom > top ? static_cast<double>(row - top) / (bottom - top) : 0.0;
-      Point p{};
-      for (std::size_t k = 0; k < kCount; ++k) {
-        p[k] = (corners[0][k] * (1.0 - s) + corners[1][k] * s) * (1.0 - t) +
-               (corners[2][k] * (1.0 - s) + corners[3][k] * s) * t;
+    const std::array cols{left, middle, right};
+    const std::array rows{top, centre, bottom};
+    std::array<std::array<Point, 3>, 3> nodes{};
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        nodes[r][c] = exact(cols[c], rows[r]);
+        nodes[r][c][0] = near(nodes[r][c][0], nodes[0][0][0]);
       }
-      return p;
+    }
+    const auto across = [&](int col) {
+      return weights(static_cast<double>(col - left) / (right - left),
+                     static_cast<double>(middle - left) / (right - left));
     };
-    const auto isStraightAt = [&](int col, int row) { return isNear(exact(col, row), between(col, row)); };
-    const bool isStraight = isStraightAt(middle, centre) && isStraightAt(middle, top) && isStraightAt(left, centre) &&
-                            isStraightAt(middle, bottom) && isStraightAt(right, centre);
-    if (!isStraight && (right - left > 2 || bottom - top > 2)) {
+    const auto lineAt = [&](int row) {
+      const auto w =
+          weights(static_cast<double>(row - top) / (bottom - top), static_cast<double>(centre - top) / (bottom - top));
+      std::array<Point, 3> line{};
+      for (std::size_t c = 0; c < 3; ++c)
+        line[c] = mixed({nodes[0][c], nodes[1][c], nodes[2][c]}, w);
+      return line;
+    };
+    const auto isRightAt = [&](int col, int row) { return isNear(exact(col, row), mixed(lineAt(row), across(col))); };
+    const int first = (left + middle) / 2;
+    const int third = (middle + right) / 2;
+    const int upper = (top + centre) / 2;
+    const int lower = (centre + bottom) / 2;
+    if (!(isRightAt(first, upper) && isRightAt(third, upper) && isRightAt(first, lower) && isRightAt(third, lower))) {
       cell(left, top, middle, centre);
       cell(middle, top, right, centre);
       cell(left, centre, middle, bottom);
       cell(middle, centre, right, bottom);
       return;
     }
+    std::array<std::array<double, 3>, kCell + 1> columns{};
+    for (int col = left; col <= right; ++col)
+      columns[static_cast<std::size_t>(col - left)] = across(col);
     for (int row = top; row <= bottom; ++row) {
+      const std::array<Point, 3> line = lineAt(row);
       for (int col = left; col <= right; ++col) {
-        if (known_[index(col, row)]) continue;
-        if (isStraight) {
-          set(index(col, row), between(col, row));
-        } else {
-          exact(col, row);
-        }
+        const std::size_t i = index(col, row);
+        if (!known_[i]) set(i, mixed(line, columns[static_cast<std::size_t>(col - left)]));
       }
     }
   }
