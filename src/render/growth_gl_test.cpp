@@ -21,7 +21,7 @@ class Growth : public synthetic::GlTest {};
 TEST_F(Growth, PicturesStayWhatAndWhereTheyAre) {
   auto random = geo::seededGenerator();
   constexpr int kSide = 130;
-  constexpr std::size_t kCount = 400;  // 8 MiB are 93, 32 are 372
+  constexpr std::size_t kCount = 400;  // 8 MiB are 93, 24 are 279
   for (const bool compress : {false, true}) {
     if (compress && !readsBlocks()) continue;
     TexturePool pool(512 * kMebi, compress ? PoolKind::compressedColour : PoolKind::colour);

@@ -15,9 +15,9 @@ namespace shading {
 #include "render/shaders/constants.glsl"
 }  // namespace shading
 
-// 22 of 256-pixel tiles with their mips. Most scenes outgrow it once, and its successor never.
+// 23 of 256-pixel tiles with their mips. Most scenes outgrow it once; its successor, for 70, does for a whole globe.
 constexpr std::uint64_t kFirstBlockBytes = 8u << 20u;
-constexpr std::uint64_t kGrowth = 4;
+constexpr std::uint64_t kGrowth = 3;
 constexpr std::uint64_t kNextBlockBytes = 24u << 20u;  // times the number of blocks there are and one
 constexpr std::uint64_t kMostFirstLayers = 1024;       // of small pictures
 constexpr std::size_t kBlocksOfCoverage = 4;           // of the compressed ones

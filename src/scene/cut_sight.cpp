@@ -22,7 +22,11 @@ std::optional<std::uint8_t> planesAround(const ViewFrustum& frustum, const TileF
 }
 
 bool isHidden(const TileFacts& facts, const geo::Horizon& horizon) {
-  return isBeyondHorizon(facts.box, horizon) || (facts.drawable && isBeyondHorizon(facts.tightBox, horizon));
+  if (isBeyondHorizon(facts.box, horizon)) return true;
+  if (!facts.drawable) return false;
+  const auto isHiddenToo = [&](const OrientedBox& part) { return isBeyondHorizon(part, horizon); };
+  return isBeyondHorizon(facts.tightBox, horizon) ||
+         (!facts.parts.empty() && std::all_of(facts.parts.begin(), facts.parts.end(), isHiddenToo));
 }
 
 }  // namespace

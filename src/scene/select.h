@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "geo/ellipsoid.h"
@@ -57,6 +58,9 @@ struct TileFacts {
   /// tiles are, so that a complete cut is the same whatever was loaded before.
   OrientedBox box;
   OrientedBox tightBox;  ///< likewise, but known once it is drawable; distances are measured to it
+  /// Where it bends far away from under one box: smaller ones that hold all of that together, and all that is drawn.
+  /// Empty: there are none.
+  std::span<const OrientedBox> parts;
   /// The largest distance in space between the ground as drawn from this tile and the finest ground there is, curvature
   /// and mesh tolerance included; 0 when no refinement makes it better. Known once it is drawable.
   double error_m = 0.0;
@@ -92,8 +96,8 @@ struct SelectedTile {
 
 struct WantedTile {
   tiling::TileId id;
-  /// What it adds to the picture; larger is more urgent: the share of the picture that the tile covers for whose sake it
-  /// is wanted.
+  /// What it adds to the picture; larger is more urgent: the share of the picture that the tile covers for whose sake
+  /// it is wanted.
   double priority = 0.0;
 };
 

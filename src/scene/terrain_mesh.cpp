@@ -365,7 +365,11 @@ std::uint64_t nextSerial() {
 }
 
 double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells) {
-  return kMeshToleranceShare * meanEdge_m(tiling, ellipsoid, level) / cells;
+  // There the chords across a quarter of a tile, diagonals too, are 0.26 spacings off the sphere: with less it would
+  // take twice the triangles. Coarse edges stay a part of the fine ones: a level's tolerance is less than the one
+  // above.
+  const bool isBent = tiling.scheme() == tiling::Scheme::healpix && level == 2;
+  return (isBent ? kBentMeshToleranceShare : kMeshToleranceShare) * meanEdge_m(tiling, ellipsoid, level) / cells;
 }
 
 double vertexGrid_m(const geo::Ellipsoid& ellipsoid) {

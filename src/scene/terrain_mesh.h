@@ -13,6 +13,8 @@ namespace tellurion::scene {
 
 /// The share of a level's mean sample spacing that a mesh may miss at a vertex that it leaves out.
 inline constexpr double kMeshToleranceShare = 0.2;
+/// Likewise on level 2 of HEALPix, whose tiles are the body's curvature more than its ground.
+inline constexpr double kBentMeshToleranceShare = 0.28;
 
 /// Metres; of the level alone, so that two tiles of a level always agree on what to keep (docs/selection.md).
 double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, int level, int cells);

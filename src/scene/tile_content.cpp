@@ -48,6 +48,38 @@ void addRelief(const ComposedGround& ground, const tiling::TileId& id, const Til
   content.bytes += bytesOf(*content.relief);
 }
 
+/// The heights of the ground of the tile, of all below it, and of what it is drawn as on its way from its parent.
+HeightRange drawnRange(const HeightRange& ground, const TerrainMesh& mesh) {
+  HeightRange range = ground;
+  for (const TerrainVertex& v : mesh.vertices) {
+    const auto own_m = static_cast<double>(v.height_m);
+    const double ofParent_m = own_m + v.toParent[3] * static_cast<double>(mesh.parentStep_m);
+    range.low_m = std::min({range.low_m, own_m, ofParent_m});
+    range.high_m = std::max({range.high_m, own_m, ofParent_m});
+  }
+  return range;
+}
+
+/// Boxes around the tiles below it that bend no further than heights reach anyway.
+std::vector<OrientedBox> partsOf(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
+                                 const tiling::TileId& id, const HeightRange& range) {
+  constexpr int kLevel = 4;  // on Earth a box stands 13 km over the corners of the ground there
+  std::vector<tiling::TileId> below;
+  if (id.level < kLevel) below.push_back(id);
+  while (!below.empty() && below.front().level < kLevel) {
+    std::vector<tiling::TileId> children;
+    for (const tiling::TileId& tile : below) {
+      for (int quadrant = 0; quadrant < 4; ++quadrant)
+        children.push_back(tile.child(quadrant));
+    }
+    below = std::move(children);
+  }
+  std::vector<OrientedBox> parts;
+  for (const tiling::TileId& tile : below)
+    parts.push_back(estimatedBox(tiling, ellipsoid, tile, range));
+  return parts;
+}
+
 }  // namespace
 
 std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
@@ -63,12 +95,14 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   content->spacing_m = id.level < kDeepestLevel ? content->side_m / grid.cells : 0.0;
   content->range = composed.range;
   content->childRange = composed.childRange;
+  content->parts = partsOf(tiling, ellipsoid, id, drawnRange(composed.range, *content->mesh));
   addRelief(composed, id, parent, grid, *content);
   content->pictures =
       colours.pictures(id, parent != nullptr ? std::span(parent->pictures) : std::span<const LayerPicture>());
   content->bytes += bytesOf(content->pictures);
   content->heights = std::move(composed.heights);
-  content->bytes += sizeof(TileContent) + bytesOf(*content->mesh) + content->heights.samples.size() * sizeof(float);
+  content->bytes += sizeof(TileContent) + content->parts.size() * sizeof(OrientedBox) + bytesOf(*content->mesh) +
+                    content->heights.samples.size() * sizeof(float);
   return content;
 }
 

@@ -22,8 +22,9 @@ struct TileContent {
   std::shared_ptr<const TextureImage> relief;  ///< its own or an ancestor's
   int reliefLevel = 0;
   GroundSamples heights;
-  OrientedBox box;    ///< holds the ground of the tile and of all below it
-  HeightRange range;  ///< of the ground of the tile and of all below it
+  OrientedBox box;                 ///< holds the ground of the tile and of all below it
+  std::vector<OrientedBox> parts;  ///< TileFacts::parts of ground that is not exaggerated
+  HeightRange range;               ///< of the ground of the tile and of all below it
   std::array<HeightRange, 4> childRange;
   double error_m = 0.0;  ///< as TileFacts has it
   double side_m = 0.0;

@@ -105,6 +105,10 @@ void TileForest::takeTexels(TileRecord& r) const {
   r.visibility = visibility_;
 }
 
+void TileForest::takeParts(TileRecord& r) const {
+  r.parts = exaggeration_ == 1.0 ? std::span(r.content->parts) : std::span<const OrientedBox>();
+}
+
 TileRecord& TileForest::record(const tiling::TileId& id) {
   const auto [found, isNew] = records_.try_emplace(id);
   if (isNew) {
@@ -161,6 +165,7 @@ void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.bytes = content.bytes;
   r.tightBox =
       exaggeration_ == 1.0 ? content.box : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
+  takeParts(r);
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.
   if (id.level == 0) r.box = r.tightBox;
@@ -183,6 +188,7 @@ void TileForest::renew(const tiling::TileId& id, std::shared_ptr<const TileConte
   r.bytes = r.content->bytes;
   r.residency = 0;
   takeTexels(r);
+  takeParts(r);
 }
 
 double TileForest::occluderDepth_m() const {

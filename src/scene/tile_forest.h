@@ -63,6 +63,7 @@ class TileForest final : public TileTree {
   void lookAt(std::span<const LayerLook> looks);
   void takeCopies(int level, TileRecord& r) const;
   void takeTexels(TileRecord& r) const;
+  void takeParts(TileRecord& r) const;
   double reachOfParent_m(const tiling::TileId& id) const;
   OrientedBox drawnBox(const tiling::TileId& id, const HeightRange& range) const;
   void makeBox(const tiling::TileId& id, TileRecord& r) const;
