@@ -5,6 +5,7 @@
 
 #include "app/progress.h"
 #include "app/subcommands.h"
+#include "pyramid/fill_plan.h"
 #include "pyramid/pyramid_builder.h"
 #include "scene/scene_file.h"
 
@@ -23,6 +24,7 @@ struct Arguments {
   std::string body;
   std::optional<int> maxLevel;
   std::optional<double> nodata;
+  std::optional<double> fillVoids_m;
   int jobs = 0;
   bool append = false;
 };
@@ -56,6 +58,7 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   if (!arguments.body.empty()) options.body = bodyNamed(arguments.body);
   options.maxLevel = arguments.maxLevel;
   options.nodata = arguments.nodata;
+  options.fillVoids_m = arguments.fillVoids_m;
   options.jobs = arguments.jobs;
   options.append = arguments.append;
   return options;
@@ -115,6 +118,12 @@ void addBuild(CLI::App& program) {
       "--nodata", arguments->nodata,
       "The stored value that means 'no data', for all inputs, in place of what they say themselves; a value that an "
       "input cannot hold is refused");
+  command
+      ->add_option(
+          "--fill-voids", arguments->fillVoids_m,
+          "Elevation: over how many metres at most finer data moves the coarser around it to meet it; 0: not at "
+          "all. Left out: as far as the inputs ask for, or as the database was built")
+      ->check(CLI::Range(0.0, pyramid::kFillWithoutLimit_m));
   command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   command->footer(
       "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "

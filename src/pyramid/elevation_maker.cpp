@@ -157,35 +157,35 @@ io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
 
 }  // namespace
 
-io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
-                                              Raster<float>& samples) {
+io::Result<Raster<float>> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
+                                                       Raster<float>& samples) {
+  Raster<float> depths(samples.width, samples.height, kNoData);
   const raster::OpenPlaces open =
       openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
-  if (open.indices.empty()) return {};
-  std::vector<float> heights(open.indices.size(), kNoData);
-  if (base_ != nullptr) {
-    const auto below = base_->heights(task.id);
-    if (!below) return tl::unexpected(below.error());
-    std::ranges::transform(open.indices, heights.begin(), [&](std::size_t i) { return below->samples[i]; });
+  if (open.indices.empty()) return depths;
+  const auto ground = fill_.heights(task.id, task.inputs, open);
+  if (!ground) return tl::unexpected(ground.error());
+  for (std::size_t i = 0; i < open.indices.size(); ++i) {
+    samples.samples[open.indices[i]] = rounded(ground->heights_m[i], plan_.meta.heightStep_m);
+    const int depth = ground->depths[i];
+    if (depth >= 0 && depth < task.id.level) depths.samples[open.indices[i]] = static_cast<float>(depth);
   }
-  if (auto ok = inputs_.heights(task.inputs, open.places, heights); !ok) return ok;
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    samples.samples[open.indices[i]] = rounded(heights[i], plan_.meta.heightStep_m);
-  }
-  return {};
+  return depths;
 }
 
 io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& task) {
   Canvas canvas(plan_.meta.tileCells);
-  TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}};
+  TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}, .depths = {}};
   if (auto ok = takeChildren(task, canvas, record); !ok) return tl::unexpected(ok.error());
   if (auto ok = takeGutters(task, canvas); !ok) return tl::unexpected(ok.error());
-  if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples); !ok) return tl::unexpected(ok.error());
+  const auto depths = sampleOpenHeights(task, canvas.known, canvas.samples);
+  if (!depths) return tl::unexpected(depths.error());
   const double spacing_m = plan_.tiling().metrics(task.id.level).largestEdge.radians() / plan_.meta.tileCells *
                            plan_.meta.body.ellipsoid.semiMajorAxis_m();
   if (auto ok = summarise(task, canvas, spacing_m, record); !ok) return tl::unexpected(ok.error());
   if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
+  record.depths = encodedDepths(*depths);
   return std::optional(std::move(record));
 }
 

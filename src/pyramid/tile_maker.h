@@ -7,6 +7,7 @@
 
 #include "pyramid/base_layer.h"
 #include "pyramid/input_set.h"
+#include "pyramid/void_fill.h"
 
 namespace tellurion::pyramid {
 
@@ -45,21 +46,23 @@ std::size_t cacheBytesPerFile(int jobs, std::size_t inputs);
 class TileMaker {
  public:
   TileMaker(const BuildPlan& plan, const BaseLayer* base, std::size_t cacheBytes)
-      : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles, cacheBytes) {}
+      : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles, cacheBytes), fill_(plan, base, inputs_) {}
   io::Result<std::optional<TileRecord>> make(const TileTask& task);
   const InputSet& inputs() const { return inputs_; }
 
  private:
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
   io::Result<std::optional<TileRecord>> makeImagery(const TileTask& task);
-  io::Result<void> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
-                                     raster::Raster<float>& samples);
+  /// The depths: as TileDatabase::depths.
+  io::Result<raster::Raster<float>> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
+                                                      raster::Raster<float>& samples);
   io::Result<void> sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                      raster::Raster<raster::Rgba8>& pixels);
 
   const BuildPlan& plan_;
   const BaseLayer* base_;  ///< null: none
   InputSet inputs_;
+  VoidFill fill_;
 };
 
 }  // namespace tellurion::pyramid
