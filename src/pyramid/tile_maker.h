@@ -22,8 +22,9 @@ struct AdjacentTile {
 /// inputs.
 struct TileTask {
   tiling::TileId id;
-  std::vector<int> inputs;                            ///< that may reach into the tile or its gutter
-  std::array<std::optional<TileRecord>, 4> children;  ///< that are stored
+  std::vector<int> inputs;                                          ///< that may reach into the tile or its gutter
+  std::array<std::optional<TileRecord>, 4> children;                ///< that are stored
+  std::array<std::optional<raster::Raster<float>>, 4> childDepths;  ///< elevation: as TileDatabase::depths
   /// Elevation: the tiles of the children's level that touch an edge from outside, [edge][half], half 0 at the smaller
   /// s or t.
   std::array<std::array<std::optional<AdjacentTile>, 2>, 4> beyond;
@@ -53,9 +54,8 @@ class TileMaker {
  private:
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
   io::Result<std::optional<TileRecord>> makeImagery(const TileTask& task);
-  /// The depths: as TileDatabase::depths.
-  io::Result<raster::Raster<float>> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
-                                                      raster::Raster<float>& samples);
+  io::Result<void> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
+                                     raster::Raster<float>& samples, raster::Raster<float>& depths);
   io::Result<void> sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                      raster::Raster<raster::Rgba8>& pixels);
 

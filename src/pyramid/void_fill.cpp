@@ -17,22 +17,31 @@ constexpr std::size_t kMostLattices = 96;  ///< kept, of some 0.2 MB each
 constexpr int kBlockCells = 8;
 constexpr std::int8_t kNoDepth = -1;
 
-/// Surely no place of the one is within `reach` of a place of the other.
-bool areApart(const tiling::Cap& a, const tiling::Cap& b, double reach) {
-  const double sum = a.radius.radians() + b.radius.radians() + 1.01 * reach;
-  return sum < geo::kPi && geo::length(a.centre.n - b.centre.n) > 2.0 * std::sin(0.5 * sum) + 1e-12;
+/// Places no farther from a centre than a radius; distances are chords of the unit sphere.
+struct Ball {
+  geo::Vec3 centre{0.0, 0.0, 0.0};
+  double radius = 0.0;
+
+  /// Surely none of the one is as near as `reach` to one of the other.
+  bool isBeyond(double reach, const Ball& other) const {
+    const geo::Vec3 way = other.centre - centre;
+    const double sum = radius + other.radius + reach;
+    return geo::dot(way, way) > sum * sum * (1.0 + 1e-12);
+  }
+};
+
+Ball ballOf(const tiling::Cap& cap) {
+  return {cap.centre.n, cap.radius.radians()};  // an arc is longer than its chord
 }
 
-/// A cone around places; of none, one around nothing in particular.
-tiling::Cap capAround(std::span<const geo::Direction> places) {
+Ball ballAround(std::span<const geo::Direction> places) {
   geo::Vec3 sum(0.0, 0.0, 0.0);
   for (const geo::Direction& place : places)
     sum += place.n;
-  const geo::Direction centre = geo::length(sum) > 1e-9 ? geo::Direction{geo::normalize(sum)} : geo::Direction{};
-  double farthest = 0.0;
+  Ball ball{sum / static_cast<double>(places.size()), 0.0};
   for (const geo::Direction& place : places)
-    farthest = std::max(farthest, geo::length(place.n - centre.n));
-  return {centre, geo::Angle::radians(2.0 * std::asin(std::min(0.5 * farthest, 1.0)) + 1e-12)};
+    ball.radius = std::max(ball.radius, geo::length(place.n - ball.centre));
+  return ball;
 }
 
 /// Residuals at some distances, put together for one place. Distances are chords, in parts of the reach.
@@ -53,7 +62,7 @@ class WeightedMean {
 
  private:
   static constexpr double kSame2 = 1e-12;  ///< at a sample its residual is all
-  static constexpr double kWhole = 0.25;   ///< up to here, a sample's spacing, nothing fades
+  static constexpr double kWhole = 0.5;    ///< up to here, two samples, nothing fades
   double sum_ = 0.0;
   double weights_ = 0.0;
   double nearest_ = 1.0;
@@ -96,10 +105,10 @@ struct VoidFill::Layers {
 struct VoidFill::Lattice {
   /// Some that lie together.
   struct Block {
-    tiling::Cap cap;
+    Ball ball;
     std::vector<std::size_t> samples;
   };
-  tiling::Cap cap;
+  Ball ball;
   raster::OpenPlaces samples;
   Layers layers;
   std::vector<double> residuals_m;  ///< NaN where there is none
@@ -215,12 +224,12 @@ io::Result<std::vector<double>> VoidFill::movedBy(int level, std::span<const geo
   const double reach = plan_.fill.reach(level);
   std::vector<Pair> pairs;  // in an order that depends on the places' surroundings alone
   for (std::size_t p = 0; p < places.size(); ++p) {
-    const tiling::Cap here{places[p], {}};
+    const Ball here{places[p].n, 0.0};
     for (std::size_t l = 0; l < lattices->size(); ++l) {
       const Lattice& lattice = *(*lattices)[l];
-      if (areApart(here, lattice.cap, reach)) continue;
+      if (here.isBeyond(reach, lattice.ball)) continue;
       for (const Lattice::Block& block : lattice.blocks) {
-        if (areApart(here, block.cap, reach)) continue;
+        if (here.isBeyond(reach, block.ball)) continue;
         for (const std::size_t s : block.samples) {
           const double distance = geo::length(places[p].n - lattice.samples.places[s].n) / reach;
           if (distance < 1.0) pairs.push_back({p, l, s, distance});
@@ -265,12 +274,12 @@ io::Result<void> VoidFill::makeResiduals(const std::vector<Pair>& pairs, const L
 /// In the order of their ids; those without a sample that counts are left out.
 io::Result<VoidFill::Lattices> VoidFill::latticesNear(int level, std::span<const geo::Direction> places) {
   const tiling::Tiling tiling = plan_.tiling();
-  const tiling::Cap around = capAround(places);
+  const Ball around = ballAround(places);
   const double reach = plan_.fill.reach(level);
   std::vector<tiling::TileId> tiles;
   for (int root = 0; root < tiling.rootCount(); ++root)
     tiles.push_back({.level = 0, .root = static_cast<std::uint8_t>(root), .x = 0, .y = 0});
-  const auto isApart = [&](const tiling::TileId& id) { return areApart(around, tiling.cap(id), reach); };
+  const auto isApart = [&](const tiling::TileId& id) { return around.isBeyond(reach, ballOf(tiling.cap(id))); };
   std::erase_if(tiles, isApart);
   for (int below = 1; below <= level; ++below) {
     std::vector<tiling::TileId> children;
@@ -309,7 +318,7 @@ io::Result<std::shared_ptr<VoidFill::Lattice>> VoidFill::makeLattice(const tilin
   const tiling::Tiling tiling = plan_.tiling();
   const int cells = plan_.meta.tileCells;
   auto lattice = std::make_shared<Lattice>();
-  lattice->cap = tiling.cap(id);
+  lattice->ball = ballOf(tiling.cap(id));
   std::vector<int> inputs;
   int deepest = kNoDepth;
   for (int i = 0; i < static_cast<int>(plan_.inputs.size()); ++i) {
@@ -359,7 +368,7 @@ io::Result<std::shared_ptr<VoidFill::Lattice>> VoidFill::makeLattice(const tilin
         }
       }
       if (block.samples.empty()) continue;
-      block.cap = capAround(places);
+      block.ball = ballAround(places);
       lattice->blocks.push_back(std::move(block));
     }
   }
