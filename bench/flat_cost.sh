@@ -25,7 +25,7 @@ done
 python3 - "$program" "$rounds" <<'PY'
 import csv, shutil, statistics, subprocess, sys
 program, rounds = sys.argv[1], int(sys.argv[2])
-short_s, long_s = 3, 7
+short_s, long_s = 5, 12
 views = {"whole globe, 15,000 km": "20,10,15000000,0,-90,0",
          "India and the Himalaya, 2,000 km": "22,84,2000000,10,-70,0",
          "Alps, oblique from 50 km": "46.0,8.0,50000,20,-35,0",
@@ -50,7 +50,8 @@ def measured(scene, camera):
     """Milliseconds a frame once the view is complete, instructions a frame, and the last frame's figures."""
     few, few_instructions = run(scene, camera, short_s)
     rows, instructions = run(scene, camera, long_s)
-    done = next(i for i, row in enumerate(rows) if row["complete"] == "true")
+    done = next((i for i, row in enumerate(rows) if row["complete"] == "true"), None)
+    if done is None or done + 1 >= len(rows): sys.exit(f"{scene} was not complete within {long_s} s: too busy a machine to measure on")
     a_frame = (instructions - few_instructions) / max(len(rows) - len(few), 1)
     return statistics.median(float(row["frame_ms"]) for row in rows[done + 1:]), a_frame, rows[-1]
 
