@@ -5,6 +5,7 @@
 
 #include "app/progress.h"
 #include "app/subcommands.h"
+#include "pyramid/fill_plan.h"
 #include "pyramid/pyramid_builder.h"
 #include "scene/scene_file.h"
 
@@ -23,6 +24,7 @@ struct Arguments {
   std::string body;
   std::optional<int> maxLevel;
   std::optional<double> nodata;
+  std::optional<double> fillVoids_m;
   int jobs = 0;
   bool append = false;
 };
@@ -56,6 +58,7 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   if (!arguments.body.empty()) options.body = bodyNamed(arguments.body);
   options.maxLevel = arguments.maxLevel;
   options.nodata = arguments.nodata;
+  options.fillVoids_m = arguments.fillVoids_m;
   options.jobs = arguments.jobs;
   options.append = arguments.append;
   return options;
@@ -115,6 +118,12 @@ void addBuild(CLI::App& program) {
       "--nodata", arguments->nodata,
       "The stored value that means 'no data', for all inputs, in place of what they say themselves; a value that an "
       "input cannot hold is refused");
+  command
+      ->add_option(
+          "--fill-voids", arguments->fillVoids_m,
+          "Elevation: over how many metres at most finer data moves the coarser around it to meet it; 0: not at "
+          "all. Left out: as far as the inputs ask for, or as the database was built")
+      ->check(CLI::Range(0.0, pyramid::kFillWithoutLimit_m));
   command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   command->footer(
       "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "
@@ -123,10 +132,12 @@ void addBuild(CLI::App& program) {
       "without a tag: on Earth below -12000 or above 9000 m, on Mars and the Moon below -15000 or above 30000 m, "
       "elsewhere "
       "beyond the\n"
-      "radius), which a warning tells of. In imagery: alpha or mask at 0, or all bands at their NODATA value. Voids "
-      "stay "
-      "voids: what\n"
-      "lies below shows.\n\n"
+      "radius), which a warning tells of. In imagery: alpha or mask at 0, or all bands at their NODATA value. Where "
+      "finer "
+      "elevation\n"
+      "has a void or ends, what is coarser is moved to meet it, so that there is no step; data itself never moves "
+      "(--fill-voids 0:\n"
+      "voids stay voids, and what lies below shows as it is).\n\n"
       "A run that was interrupted, or even killed, goes on where it was when the same command is given again, and "
       "ends\n"
       "with the same bytes. Until then the work is in OUT.tdb.part, and 'tellurion info OUT.tdb.part' names the "

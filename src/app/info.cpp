@@ -6,6 +6,7 @@
 
 #include "app/standard_output.h"
 #include "app/subcommands.h"
+#include "pyramid/fill_plan.h"
 #include "pyramid/pyramid_reader.h"
 
 namespace tellurion::app {
@@ -15,6 +16,12 @@ constexpr int kFailed = 1;
 
 double spacingInMetres(const raster::TileSourceInfo& info, const pyramid::LevelSummary& level) {
   return level.spacing.radians() * info.body.ellipsoid.meanRadius_m();
+}
+
+std::string filled(double fillVoids_m) {
+  if (fillVoids_m == 0.0) return "as they were, coarser data shows in them";
+  if (fillVoids_m >= pyramid::kFillWithoutLimit_m) return "filled from coarser data";
+  return fmt::format("filled from coarser data over {:g} m at most", fillVoids_m);
 }
 
 nlohmann::ordered_json jsonOf(const raster::TileSourceInfo& info, const pyramid::PyramidSummary& summary) {
@@ -28,6 +35,7 @@ nlohmann::ordered_json jsonOf(const raster::TileSourceInfo& info, const pyramid:
   json["tile_cells"] = info.tileCells;
   json["max_level"] = info.maxLevel;
   json["height_step_m"] = summary.heightStep_m;
+  if (info.kind == raster::Kind::elevation) json["fill_voids_m"] = summary.fillVoids_m;
   json["bounds"] = {{"south", info.bounds.south.degrees()},
                     {"west", info.bounds.west.degrees()},
                     {"north", info.bounds.north.degrees()},
@@ -56,6 +64,7 @@ std::string textOf(const raster::TileSourceInfo& info, const pyramid::PyramidSum
     fmt::format_to(out, "tiles      {} cells a side, heights {}\n", info.tileCells,
                    summary.heightStep_m == 0.0 ? "in 32-bit floating point"
                                                : fmt::format("in steps of {:.6g} m", summary.heightStep_m));
+    fmt::format_to(out, "voids      {}\n", filled(summary.fillVoids_m));
   } else {
     fmt::format_to(out, "tiles      {} pixels a side\n", info.tileCells);
   }

@@ -68,4 +68,20 @@ GeoRect GeoRect::united(const GeoRect& o) const {
           .width = Angle::radians(std::min(startsHere ? fromThis : fromOther, kTurn))};
 }
 
+GeoRect GeoRect::grown(Angle by) const {
+  if (by == Angle()) return *this;
+  const Angle lower = south - by;
+  const Angle upper = north + by;
+  const Angle pole = Angle::radians(kHalfPi);
+  const bool aroundAPole = lower <= -pole || upper >= pole;
+  // A small circle's widest longitude: where a meridian touches it (a right triangle on the sphere).
+  const double nearestToPole = std::max(std::fabs(south.radians()), std::fabs(north.radians()));
+  const double wider = aroundAPole ? kPi : std::asin(std::min(std::sin(by.radians()) / std::cos(nearestToPole), 1.0));
+  const bool allAround = width.radians() + 2.0 * wider >= kTurn;
+  return {.south = std::max(lower, -pole),
+          .north = std::min(upper, pole),
+          .west = allAround ? Angle::degrees(-180.0) : wrappedLongitude(west - Angle::radians(wider)),
+          .width = allAround ? Angle::degrees(360.0) : Angle::radians(width.radians() + 2.0 * wider)};
+}
+
 }  // namespace tellurion::geo

@@ -26,6 +26,8 @@ struct GeoRect {
   bool intersects(const GeoRect& o) const;
   /// The smallest that holds both; of two equally small the one that starts at this->west.
   GeoRect united(const GeoRect& o) const;
+  /// Holds every place that is no farther from this one than `by` (an angle between directions, not negative).
+  GeoRect grown(Angle by) const;
 };
 
 }  // namespace tellurion::geo

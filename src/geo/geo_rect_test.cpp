@@ -120,5 +120,28 @@ TEST(GeoRect, NothingHoldsNan) {
   EXPECT_FALSE(GeoRect::whole().intersects(GeoRect::fromDegrees(nan, nan, nan, nan)));
 }
 
+TEST(GeoRect, GrownHoldsAllThatIsNear) {
+  std::mt19937_64 random = seededGenerator();
+  for (int i = 0; i < 20000; ++i) {
+    const double south = uniform(random, -90, 90);
+    const double west = uniform(random, -180, 180);
+    const GeoRect rect = GeoRect::fromDegrees(south, west, uniform(random, south, std::min(south + 20, 90.0)),
+                                              west + uniform(random, 0, 30));
+    const Angle by = Angle::degrees(std::exp(uniform(random, -9, 2.5)));
+    const GeoRect grown = rect.grown(by);
+    const Direction inside = directionFromLatLon(rect.south + (rect.north - rect.south) * uniform(random, 0, 1),
+                                                 rect.west + rect.width * uniform(random, 0, 1));
+    const Vec3 aside = normalize(cross(inside.n, Vec3(uniform(random, -1, 1), uniform(random, -1, 1), 0.3)));
+    const double way = by.radians() * uniform(random, 0, 1);
+    const Geodetic near = geodeticFromDirection({inside.n * std::cos(way) + aside * std::sin(way)});
+    ASSERT_TRUE(grown.contains(near.lat, near.lon)) << near.lat.degrees() << " " << near.lon.degrees();
+    ASSERT_GE(grown.south.degrees(), -90.0);
+    ASSERT_LE(grown.width.degrees(), 360.0);
+  }
+  const GeoRect same = GeoRect::fromDegrees(1, 2, 3, 4).grown(Angle());
+  EXPECT_EQ(same.west, Angle::degrees(2));
+  EXPECT_NEAR(GeoRect::fromDegrees(-1, 2, 1, 4).grown(Angle::degrees(1)).width.degrees(), 4.0, 1e-3);
+}
+
 }  // namespace
 }  // namespace tellurion::geo

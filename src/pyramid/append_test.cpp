@@ -68,7 +68,6 @@ TEST_P(Append, FinerDataOverAGlobeKeepsEveryPromise) {
   auto query = HeightQuery::create(reader);
   ASSERT_TRUE(query.has_value());
   EXPECT_NEAR(height(*query, -4.5, 40.5), 3000, 210);
-  EXPECT_NEAR(height(*query, -0.5, 44.5), hills(-0.5, 44.5), 60);  // through the hole
   EXPECT_NEAR(height(*query, -40.0, 100.5), hills(-40.0, 100.5), 60);
 }
 

@@ -54,7 +54,8 @@ float heightAt(const Raster<float>& tile, const Position& position) {
   return height ? static_cast<float>(*height) : kNoData;
 }
 
-Rgba8 nearestColour(const Raster<Rgba8>& tile, const Position& position) {
+template <class T>
+T nearestSample(const Raster<T>& tile, const Position& position) {
   const int last = tile.width - 1;
   return tile.at(std::clamp(static_cast<int>(std::lround(position.column)), 0, last),
                  std::clamp(static_cast<int>(std::lround(position.row)), 0, last));
@@ -65,6 +66,7 @@ Rgba8 nearestColour(const Raster<Rgba8>& tile, const Position& position) {
 struct BaseLayer::Found {
   raster::SourceTile tile;
   tiling::TileId id;
+  std::optional<Raster<float>> depths = {};
 };
 
 io::Result<std::optional<BaseLayer::Found>> BaseLayer::nearest(const tiling::TileId& id) const {
@@ -72,7 +74,10 @@ io::Result<std::optional<BaseLayer::Found>> BaseLayer::nearest(const tiling::Til
     const tiling::TileId ancestor = id.ancestor(level);
     auto tile = reader_->load(ancestor);
     if (!tile) return tl::unexpected(tile.error());
-    if (*tile) return std::optional(Found{std::move(**tile), ancestor});
+    if (!*tile) continue;
+    auto depths = reader_->depths(ancestor);
+    if (!depths) return tl::unexpected(depths.error());
+    return std::optional(Found{std::move(**tile), ancestor, std::move(*depths)});
   }
   return std::optional<Found>{};
 }
@@ -83,8 +88,12 @@ class BaseLayer::Heights {
   explicit Heights(const BaseLayer& base)
       : base_(base), tiling_(base.reader_->info().scheme), cells_(base.reader_->info().tileCells) {}
 
+  struct Sample {
+    float height_m = kNoData;
+    std::int8_t depth = -1;
+  };
   /// Of all views of the place, the one whose stored tile is finest.
-  float at(const SampleView& sample) {
+  Sample at(const SampleView& sample) {
     const Found* best = nullptr;
     const SampleView* bestView = nullptr;
     const std::vector<SampleView> views = viewsOf(tiling_, sample, cells_);
@@ -94,28 +103,38 @@ class BaseLayer::Heights {
       best = &*found;
       bestView = &view;
     }
-    if (best == nullptr) return kNoData;
+    if (best == nullptr) return {};
     const Raster<float>& stored = std::get<raster::ElevationTile>(best->tile.payload).samples;
-    return heightAt(
-        stored, inAncestor(bestView->tile, best->id, cells_, 0.0, bestView->column + kGutter, bestView->row + kGutter));
+    const Position position =
+        inAncestor(bestView->tile, best->id, cells_, 0.0, bestView->column + kGutter, bestView->row + kGutter);
+    const float height_m = heightAt(stored, position);
+    if (raster::isNoData(height_m)) return {};
+    const float coarser = best->depths ? nearestSample(*best->depths, position) : kNoData;
+    return {height_m,
+            raster::isNoData(coarser) ? static_cast<std::int8_t>(best->id.level) : static_cast<std::int8_t>(coarser)};
   }
 
-  Raster<float> ofTile(const tiling::TileId& id) {
+  Ground ofTile(const tiling::TileId& id) {
     const int side = sideOf(raster::Kind::elevation, cells_);
-    Raster<float> heights(side, side, kNoData);
+    Ground ground{.heights = Raster<float>(side, side, kNoData), .depths = {}};
+    ground.depths.resize(ground.heights.samples.size(), -1);
+    const auto put = [&](int column, int row, const Sample& sample) {
+      ground.heights.at(column, row) = sample.height_m;
+      ground.depths[static_cast<std::size_t>(row * side + column)] = sample.depth;
+    };
     for (int row = 0; row <= cells_; ++row) {
       for (int column = 0; column <= cells_; ++column) {
-        heights.at(column + kGutter, row + kGutter) = at({id, column, row});
+        put(column + kGutter, row + kGutter, at({id, column, row}));
       }
     }
     for (int i = 0; i <= cells_; ++i) {
       const int place = i + kGutter;
-      heights.at(place, 0) = at(viewAcross(tiling_, id, tiling::Edge::top, i, 1, cells_));
-      heights.at(side - 1, place) = at(viewAcross(tiling_, id, tiling::Edge::right, i, 1, cells_));
-      heights.at(place, side - 1) = at(viewAcross(tiling_, id, tiling::Edge::bottom, i, 1, cells_));
-      heights.at(0, place) = at(viewAcross(tiling_, id, tiling::Edge::left, i, 1, cells_));
+      put(place, 0, at(viewAcross(tiling_, id, tiling::Edge::top, i, 1, cells_)));
+      put(side - 1, place, at(viewAcross(tiling_, id, tiling::Edge::right, i, 1, cells_)));
+      put(place, side - 1, at(viewAcross(tiling_, id, tiling::Edge::bottom, i, 1, cells_)));
+      put(0, place, at(viewAcross(tiling_, id, tiling::Edge::left, i, 1, cells_)));
     }
-    return heights;
+    return ground;
   }
 
   const std::optional<io::Failure>& failure() const { return failure_; }
@@ -136,11 +155,11 @@ class BaseLayer::Heights {
   std::optional<io::Failure> failure_;
 };
 
-io::Result<Raster<float>> BaseLayer::heights(const tiling::TileId& id) const {
+io::Result<BaseLayer::Ground> BaseLayer::heights(const tiling::TileId& id) const {
   Heights heights(*this);
-  Raster<float> raster = heights.ofTile(id);
+  Ground ground = heights.ofTile(id);
   if (heights.failure()) return tl::unexpected(*heights.failure());
-  return raster;
+  return ground;
 }
 
 io::Result<Raster<Rgba8>> BaseLayer::colours(const tiling::TileId& id) const {
@@ -154,7 +173,7 @@ io::Result<Raster<Rgba8>> BaseLayer::colours(const tiling::TileId& id) const {
   if ((*found)->id == id) return stored;
   for (int row = 0; row < side; ++row) {
     for (int column = 0; column < side; ++column) {
-      colours.at(column, row) = nearestColour(stored, inAncestor(id, (*found)->id, size, 0.5, column, row));
+      colours.at(column, row) = nearestSample(stored, inAncestor(id, (*found)->id, size, 0.5, column, row));
     }
   }
   return colours;

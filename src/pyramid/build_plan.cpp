@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -43,6 +44,7 @@ std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, 
       fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, formatVersionOf(meta.scheme), options.append,
                   nameOf(meta.kind), tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
                   meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
+  if (meta.kind == raster::Kind::elevation) text += fmt::format("|fill {:a}", meta.fillVoids_m);
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
   return digestOf(text + inputs);
 }
@@ -51,6 +53,14 @@ io::Result<void> checkOptions(const BuildOptions& options) {
   if (options.inputs.empty()) return io::fail(Code::invalidArgument, "no input: name at least one raster");
   if (options.maxLevel && (*options.maxLevel < 0 || *options.maxLevel > tiling::kMaxLevel)) {
     return io::fail(Code::invalidArgument, fmt::format("the deepest level must be 0 to {}", tiling::kMaxLevel));
+  }
+  const double limit_m = options.fillVoids_m.value_or(0.0);
+  if (!(limit_m >= 0.0 && limit_m <= kFillWithoutLimit_m)) {
+    return io::fail(Code::invalidArgument,
+                    fmt::format("voids are filled over 0 to {:g} m, not {}", kFillWithoutLimit_m, limit_m));
+  }
+  if (options.fillVoids_m && options.kind == raster::Kind::imagery) {
+    return io::fail(Code::invalidArgument, "only elevation has voids to fill: leave --fill-voids out");
   }
   if (options.jobs < 0) return io::fail(Code::invalidArgument, "the number of jobs must not be negative");
   return {};
@@ -65,6 +75,14 @@ io::Result<void> checkBase(const BuildOptions& options, const DatabaseMeta& base
     return io::fail(Code::invalidArgument,
                     fmt::format("is cut by the {0} tiling; append with --tiling {0}", tiling::nameOf(base.scheme)),
                     where);
+  }
+  if (options.fillVoids_m && *options.fillVoids_m != base.fillVoids_m) {
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("was built with --fill-voids {:g}, and what is appended has to be filled alike: leave the "
+                    "option out, or build the database again with the other one",
+                    base.fillVoids_m),
+        where);
   }
   return {};
 }
@@ -126,6 +144,16 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
   return {};
 }
 
+/// What of the filling only the inputs' depths tell.
+void planFilling(const std::optional<DatabaseMeta>& base, BuildPlan& plan) {
+  if (plan.meta.kind != raster::Kind::elevation) return;
+  const int from = std::ranges::min(plan.inputs, {}, &PlannedInput::depth).depth;
+  plan.meta.fillFromLevel = base ? std::min(base->fillFromLevel, from) : from;
+  plan.fill = fillPlan(plan.tiling(), plan.meta.tileCells, plan.meta.body, plan.meta.fillVoids_m,
+                       plan.meta.fillFromLevel, plan.deepestLevel);
+  if (base) plan.fill.baseFromLevel = base->fillFromLevel;
+}
+
 }  // namespace
 
 std::string signatureOf(const PlannedInput& input) {
@@ -153,6 +181,8 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   } else {
     plan.meta.kind = options.kind;
     plan.meta.scheme = options.scheme;
+    if (options.kind == raster::Kind::elevation)
+      plan.meta.fillVoids_m = options.fillVoids_m.value_or(kFillWithoutLimit_m);
     plan.meta.tileCells = options.kind == raster::Kind::elevation ? raster::kElevationCells : raster::kImageryPixels;
   }
   std::string signatures;
@@ -165,6 +195,7 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
     signatures += "\n" + plan.inputs.back().signature;
   }
   plan.meta.maxLevel = plan.deepestLevel;
+  planFilling(base, plan);
   plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);
   plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
   return plan;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pyramid/database.h"
+#include "pyramid/fill_plan.h"
 #include "pyramid/pyramid_builder.h"
 #include "raster/raster_file.h"
 
@@ -35,6 +36,7 @@ struct BuildPlan {
   std::vector<PlannedInput> inputs;
   DatabaseMeta meta;  ///< of the database when it is finished, but for its deepest level and `complete`
   int deepestLevel = 0;
+  FillPlan fill;
   std::optional<std::filesystem::path> base;  ///< the database that the inputs are laid over
   std::vector<std::string> warnings;
 

@@ -114,14 +114,22 @@ TileMaker& BuildRun::makerOfThisThread() {
 }
 
 io::Result<TileTask> BuildRun::taskFor(const Candidate& candidate) {
-  TileTask task{.id = candidate.id, .inputs = candidate.inputs, .children = {}, .beyond = {}, .deeper = {}};
+  TileTask task{
+      .id = candidate.id, .inputs = candidate.inputs, .children = {}, .childDepths = {}, .beyond = {}, .deeper = {}};
   if (candidate.id.level >= plan_.deepestLevel) return task;
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     auto child = database_.read(candidate.id.child(quadrant));
     if (!child) return tl::unexpected(child.error());
+    if (*child) {
+      auto depths = database_.depths((*child)->id);
+      if (!depths) return tl::unexpected(depths.error());
+      task.childDepths[static_cast<std::size_t>(quadrant)] = std::move(*depths);
+    }
     task.children[static_cast<std::size_t>(quadrant)] = std::move(*child);
   }
-  if (plan_.meta.kind != raster::Kind::elevation || !task.hasChildren()) return task;
+  if (plan_.meta.kind != raster::Kind::elevation) return task;
+  // Where voids are filled, a neighbour's samples may be of a deeper level than this tile has, beside its edge too.
+  if (!task.hasChildren() && plan_.meta.fillVoids_m == 0.0) return task;
   if (auto ok = readBeyond(task); !ok) return tl::unexpected(ok.error());
   if (auto ok = readDeeper(task); !ok) return tl::unexpected(ok.error());
   return task;

@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <map>
+
+#include "raster/codec.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -21,6 +25,13 @@ constexpr std::string_view kTilesTable =
     "checksum INTEGER NOT NULL, payload BLOB NOT NULL)";
 constexpr std::string_view kMetaTable = "CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID";
 constexpr std::string_view kSourcesTable = "CREATE TABLE sources (number INTEGER PRIMARY KEY, path TEXT NOT NULL)";
+constexpr std::string_view kFillsTable = "CREATE TABLE fills (id INTEGER PRIMARY KEY, depths BLOB NOT NULL)";
+constexpr double kDepthStep = 1.0;
+
+/// Only what is filled has the table.
+bool hasFills(const DatabaseMeta& meta) {
+  return meta.fillVoids_m > 0.0;
+}
 
 io::Result<void> checkSchema(const io::SqliteConnection& connection) {
   const auto application = connection.integer("PRAGMA application_id");
@@ -61,14 +72,14 @@ io::Result<void> checkVersion(const io::SqliteConnection& connection, tiling::Sc
                   connection.path());
 }
 
-io::Result<void> createTables(const io::SqliteConnection& connection, tiling::Scheme scheme) {
+io::Result<void> createTables(const io::SqliteConnection& connection, const DatabaseMeta& meta) {
   const std::string application = fmt::format("PRAGMA application_id = {}", kApplicationId);
-  const std::string version = fmt::format("PRAGMA user_version = {}", formatVersionOf(scheme));
+  const std::string version = fmt::format("PRAGMA user_version = {}", formatVersionOf(meta.scheme));
   for (const std::string_view sql :
        {std::string_view(application), std::string_view(version), kMetaTable, kSourcesTable, kTilesTable}) {
     if (auto ok = connection.execute(sql); !ok) return ok;
   }
-  return {};
+  return hasFills(meta) ? connection.execute(kFillsTable) : io::Result<void>{};
 }
 
 /// What every writing connection needs so that the file's bytes depend on its content alone: a fixed page size, no
@@ -128,7 +139,7 @@ io::Result<TileDatabase> TileDatabase::create(const std::filesystem::path& path,
   if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
   TileDatabase database(std::move(*connection), meta);
   if (auto ok = database.begin(); !ok) return tl::unexpected(ok.error());
-  if (auto ok = createTables(database.connection_, meta.scheme); !ok) return tl::unexpected(ok.error());
+  if (auto ok = createTables(database.connection_, meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.writeMeta(meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.writePosition(start); !ok) return tl::unexpected(ok.error());
   if (auto ok = database.commit(); !ok) return tl::unexpected(ok.error());
@@ -214,7 +225,50 @@ io::Result<void> TileDatabase::write(const TileRecord& record) {
     insert.bind(10, std::span<const std::byte>(childrenBytes(record.children)));
   }
   insert.bind(11, integer(checksumOf(record, meta_.kind))).bind(12, std::span<const std::byte>(record.payload));
-  return insert.run();
+  if (auto ok = insert.run(); !ok) return ok;
+  return hasFills(meta_) ? writeDepths(record) : io::Result<void>{};
+}
+
+io::Result<void> TileDatabase::writeDepths(const TileRecord& record) {
+  if (record.depths.empty()) {
+    const auto statement = prepared(removeDepths_, "DELETE FROM fills WHERE id = ?");
+    if (!statement) return tl::unexpected(statement.error());
+    (*statement)->bind(1, rowNumberOf(record.id));
+    return (*statement)->run();
+  }
+  const auto statement = prepared(writeDepths_, "INSERT OR REPLACE INTO fills VALUES (?, ?)");
+  if (!statement) return tl::unexpected(statement.error());
+  (*statement)->bind(1, rowNumberOf(record.id)).bind(2, std::span<const std::byte>(record.depths));
+  return (*statement)->run();
+}
+
+io::Result<std::optional<raster::Raster<float>>> TileDatabase::depths(const tiling::TileId& id) {
+  using Depths = std::optional<raster::Raster<float>>;
+  if (!hasFills(meta_)) return Depths{};
+  const auto statement = prepared(readDepths_, "SELECT depths FROM fills WHERE id = ?");
+  if (!statement) return tl::unexpected(statement.error());
+  io::SqliteStatement& select = **statement;
+  select.bind(1, rowNumberOf(id));
+  const auto found = select.step();
+  if (!found) return tl::unexpected(found.error());
+  if (!*found) {
+    select.reset();
+    return Depths{};
+  }
+  const int side = sideOf(raster::Kind::elevation, meta_.tileCells);
+  auto depths = raster::decodeElevation(select.blob(0), side, side);
+  select.reset();
+  const auto isWrong = [&](float depth) { return !raster::isNoData(depth) && !(depth >= 0.0f && depth < id.level); };
+  if (!depths || std::ranges::any_of(depths->samples, isWrong)) {
+    return io::fail(Code::corrupt, fmt::format("{}: the depths of what was filled in it are damaged", nameOf(id)),
+                    connection_.path());
+  }
+  return Depths(std::move(*depths));
+}
+
+std::vector<std::byte> encodedDepths(const raster::Raster<float>& depths) {
+  if (std::ranges::all_of(depths.samples, raster::isNoData)) return {};
+  return raster::encodeElevation(depths, kDepthStep);
 }
 
 io::Result<TileRecord> recordFrom(const io::SqliteStatement& row, raster::Kind kind, const std::string& where) {

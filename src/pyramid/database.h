@@ -40,6 +40,9 @@ class TileDatabase {
   io::Result<std::optional<TileRecord>> read(const tiling::TileId& id);
   io::Result<bool> contains(const tiling::TileId& id);
   io::Result<void> write(const TileRecord& record);
+  /// Of each sample, gutter included, the level of the data that it comes from where that is coarser than the tile; NaN
+  /// where it is not. Nothing: of no sample it is.
+  io::Result<std::optional<raster::Raster<float>>> depths(const tiling::TileId& id);
 
   io::Result<void> begin() { return connection_.execute("BEGIN IMMEDIATE"); }
   io::Result<void> commit() { return connection_.execute("COMMIT"); }
@@ -49,6 +52,7 @@ class TileDatabase {
  private:
   TileDatabase(io::SqliteConnection connection, DatabaseMeta meta)
       : connection_(std::move(connection)), meta_(std::move(meta)) {}
+  io::Result<void> writeDepths(const TileRecord& record);
   io::Result<io::SqliteStatement*> prepared(std::optional<io::SqliteStatement>& slot, std::string_view sql);
 
   io::SqliteConnection connection_;
@@ -56,7 +60,13 @@ class TileDatabase {
   std::optional<io::SqliteStatement> read_;
   std::optional<io::SqliteStatement> contains_;
   std::optional<io::SqliteStatement> write_;
+  std::optional<io::SqliteStatement> readDepths_;
+  std::optional<io::SqliteStatement> writeDepths_;
+  std::optional<io::SqliteStatement> removeDepths_;
 };
+
+/// What is stored of a tile's depths; nothing where it is empty.
+std::vector<std::byte> encodedDepths(const raster::Raster<float>& depths);
 
 /// The columns that `recordFrom` expects, in order.
 inline constexpr std::string_view kTileColumns =

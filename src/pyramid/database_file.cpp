@@ -7,6 +7,8 @@
 #include <fstream>
 #include <string_view>
 
+#include "pyramid/fill_plan.h"
+
 namespace tellurion::pyramid {
 namespace {
 
@@ -44,6 +46,12 @@ std::string inputsNamed(const std::vector<std::string>& sources, std::size_t fir
 std::string bodyNamed(const geo::Body& body) {
   const auto known = geo::bodyByName(body.name);
   return known && *known == body ? " --body " + body.name : " --body FILE";
+}
+
+/// Of a build without --append, where it is not what is done without the option.
+std::string fillNamed(const DatabaseMeta& meta) {
+  if (meta.kind != raster::Kind::elevation || meta.fillVoids_m == kFillWithoutLimit_m) return {};
+  return fmt::format(" --fill-voids {}", meta.fillVoids_m);
 }
 
 }  // namespace
@@ -102,7 +110,7 @@ std::string commandToGoOn(const TileDatabase& part) {
   const bool appends = below > 0 && below < meta.sources.size();
   return fmt::format("tellurion build {}{} --kind {} --tiling {}{}{}", shellWord(output),
                      inputsNamed(meta.sources, appends ? below : 0), raster::nameOf(meta.kind),
-                     tiling::nameOf(meta.scheme), bodyNamed(meta.body), appends ? " --append" : "");
+                     tiling::nameOf(meta.scheme), bodyNamed(meta.body), appends ? " --append" : fillNamed(meta));
 }
 
 io::Failure unfinished(const TileDatabase& database) {

@@ -7,6 +7,8 @@
 #include <map>
 #include <string_view>
 
+#include "pyramid/fill_plan.h"
+
 namespace tellurion::pyramid {
 namespace {
 
@@ -109,6 +111,18 @@ io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
   return {};
 }
 
+/// Files of before voids were filled do not tell.
+io::Result<void> parseFill(const MetaTable& table, DatabaseMeta& meta) {
+  if (!table.numbers.contains("fill_voids_m")) return {};
+  const auto limit = table.number("fill_voids_m", 0.0, kFillWithoutLimit_m);
+  const auto from = table.number("fill_from_level", 0, tiling::kMaxLevel);
+  if (!limit) return tl::unexpected(limit.error());
+  if (!from) return tl::unexpected(from.error());
+  meta.fillVoids_m = *limit;
+  meta.fillFromLevel = static_cast<int>(*from);
+  return {};
+}
+
 /// Stops at the first failure and keeps it.
 class MetaWriter {
  public:
@@ -155,6 +169,7 @@ io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   DatabaseMeta meta;
   if (auto ok = parseShape(*table, meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = parsePlace(*table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parseFill(*table, meta); !ok) return tl::unexpected(ok.error());
   const auto complete = table->number("complete", 0, 1);
   const auto buildKey = table->text("build_key");
   const auto requestKey = table->text("request_key");
@@ -184,6 +199,10 @@ io::Result<void> writeMeta(const io::SqliteConnection& connection, const Databas
   writer.put("north_degrees", meta.bounds.north.degrees());
   writer.put("width_degrees", meta.bounds.width.degrees());
   writer.put("height_step_m", meta.heightStep_m);
+  if (meta.kind == raster::Kind::elevation) {
+    writer.put("fill_voids_m", meta.fillVoids_m);
+    writer.put("fill_from_level", std::int64_t{meta.fillFromLevel});
+  }
   writer.put("complete", std::int64_t{meta.complete ? 1 : 0});
   writer.put("build_key", std::string_view(meta.buildKey));
   writer.put("request_key", std::string_view(meta.requestKey));

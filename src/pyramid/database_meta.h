@@ -23,6 +23,8 @@ struct DatabaseMeta {
   int maxLevel = 0;
   geo::GeoRect bounds = geo::GeoRect::whole();
   double heightStep_m = 0.0;
+  double fillVoids_m = 0.0;  ///< elevation: the limit that voids were filled with (fill_plan.h); 0: they were not
+  int fillFromLevel = 0;     ///< elevation: of the coarsest input
   bool complete = false;
   std::string buildKey;    ///< what this file was, or is being, built from; two equal keys: two equal files
   std::string requestKey;  ///< the last request alone, whatever was in the file before it

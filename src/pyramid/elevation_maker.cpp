@@ -25,11 +25,13 @@ float rounded(float height, double step_m) {
 /// A tile while it is made: samples, and which of them are settled.
 struct Canvas {
   Raster<float> samples;
+  Raster<float> depths;  ///< as TileDatabase::depths
   std::vector<bool> known;
   int cells;
 
   explicit Canvas(int tileCells)
       : samples(tileCells + 1 + 2 * kGutter, tileCells + 1 + 2 * kGutter, kNoData),
+        depths(samples.width, samples.height, kNoData),
         known(samples.samples.size(), false),
         cells(tileCells) {}
   /// (column, row) without gutter: -1 .. cells + 1.
@@ -43,14 +45,17 @@ float sampleOf(const Raster<float>& tile, int column, int row) {
   return tile.at(column + kGutter, row + kGutter);
 }
 
-/// Every second sample of a child.
-void takeChild(Canvas& canvas, int quadrant, const Raster<float>& child) {
+/// Every second sample of a child, and of its depths if it has some.
+void takeChild(Canvas& canvas, int quadrant, int level, const Raster<float>& child,
+               const std::optional<Raster<float>>& depths) {
   const int half = canvas.cells / 2;
   const int column0 = (quadrant & 1) * half;
   const int row0 = (quadrant >> 1) * half;
   for (int row = 0; row <= half; ++row) {
     for (int column = 0; column <= half; ++column) {
       canvas.set(column0 + column, row0 + row, sampleOf(child, 2 * column, 2 * row));
+      if (!depths || !(sampleOf(*depths, 2 * column, 2 * row) < static_cast<float>(level))) continue;
+      canvas.depths.at(column0 + column + kGutter, row0 + row + kGutter) = sampleOf(*depths, 2 * column, 2 * row);
     }
   }
 }
@@ -93,7 +98,7 @@ io::Result<void> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& 
     if (!task.children[q]) continue;
     const auto samples = samplesOf(*task.children[q], canvas.cells);
     if (!samples) return tl::unexpected(samples.error());
-    takeChild(canvas, static_cast<int>(q), *samples);
+    takeChild(canvas, static_cast<int>(q), task.id.level, *samples, task.childDepths[q]);
     record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
     record.children[q] = task.children[q]->statistics;
   }
@@ -158,34 +163,34 @@ io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
 }  // namespace
 
 io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
-                                              Raster<float>& samples) {
+                                              Raster<float>& samples, Raster<float>& depths) {
   const raster::OpenPlaces open =
       openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
   if (open.indices.empty()) return {};
-  std::vector<float> heights(open.indices.size(), kNoData);
-  if (base_ != nullptr) {
-    const auto below = base_->heights(task.id);
-    if (!below) return tl::unexpected(below.error());
-    std::ranges::transform(open.indices, heights.begin(), [&](std::size_t i) { return below->samples[i]; });
-  }
-  if (auto ok = inputs_.heights(task.inputs, open.places, heights); !ok) return ok;
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    samples.samples[open.indices[i]] = rounded(heights[i], plan_.meta.heightStep_m);
+  const auto ground = fill_.heights(task.id, task.inputs, open);
+  if (!ground) return tl::unexpected(ground.error());
+  for (std::size_t i = 0; i < open.indices.size(); ++i) {
+    samples.samples[open.indices[i]] = rounded(ground->heights_m[i], plan_.meta.heightStep_m);
+    const int depth = ground->depths[i];
+    if (depth >= 0 && depth < task.id.level) depths.samples[open.indices[i]] = static_cast<float>(depth);
   }
   return {};
 }
 
 io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& task) {
   Canvas canvas(plan_.meta.tileCells);
-  TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}};
+  TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}, .depths = {}};
   if (auto ok = takeChildren(task, canvas, record); !ok) return tl::unexpected(ok.error());
   if (auto ok = takeGutters(task, canvas); !ok) return tl::unexpected(ok.error());
-  if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples); !ok) return tl::unexpected(ok.error());
+  if (auto ok = sampleOpenHeights(task, canvas.known, canvas.samples, canvas.depths); !ok) {
+    return tl::unexpected(ok.error());
+  }
   const double spacing_m = plan_.tiling().metrics(task.id.level).largestEdge.radians() / plan_.meta.tileCells *
                            plan_.meta.body.ellipsoid.semiMajorAxis_m();
   if (auto ok = summarise(task, canvas, spacing_m, record); !ok) return tl::unexpected(ok.error());
   if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
+  record.depths = encodedDepths(canvas.depths);
   return std::optional(std::move(record));
 }
 

@@ -64,11 +64,11 @@ io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::Ti
   return {};
 }
 
-io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id) {
+io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id, geo::Angle within) {
   if (files_.size() > mostOpen_) return true;
   const auto opened = file(input);
   if (!opened) return tl::unexpected(opened.error());
-  return (*opened)->mayTouch(plan_.tiling(), id);
+  return (*opened)->mayTouch(plan_.tiling(), id, within);
 }
 
 }  // namespace tellurion::pyramid

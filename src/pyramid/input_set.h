@@ -28,7 +28,7 @@ class InputSet {
 
   /// As RasterFile::mayTouch; true without a look where there are more inputs than may be open, for opening each again
   /// and again would cost more than it spares.
-  io::Result<bool> mayTouch(int input, const tiling::TileId& id);
+  io::Result<bool> mayTouch(int input, const tiling::TileId& id, geo::Angle within);
 
   /// What the inputs have warned of so far, while they were sampled too: "PATH: sentence", each once.
   std::set<std::string> warnings() const;

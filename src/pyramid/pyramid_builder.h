@@ -23,7 +23,11 @@ struct BuildOptions {
   std::optional<geo::Body> body;  ///< left out: what the inputs say, which must agree
   std::optional<int> maxLevel;    ///< no tile deeper than this; what is finer is averaged
   std::optional<double> nodata;   ///< overrides the NODATA value of every input
-  int jobs = 0;                   ///< worker threads; 0: one for each core
+  /// Elevation: how far at most, in metres, data may move coarser heights beside it, in its voids and beyond its
+  /// border, so that there is no step (void_fill.h); 0: not at all. Left out: as far as the inputs' depths ask for, or,
+  /// for an append, what the database was built with. An append with another one is refused.
+  std::optional<double> fillVoids_m;
+  int jobs = 0;         ///< worker threads; 0: one for each core
   bool append = false;  ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
 };
 

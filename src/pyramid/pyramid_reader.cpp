@@ -126,6 +126,14 @@ io::Result<std::optional<raster::SourceTile>> PyramidReader::load(const tiling::
   return std::optional(std::move(*tile));
 }
 
+io::Result<std::optional<raster::Raster<float>>> PyramidReader::depths(const tiling::TileId& id) const {
+  auto database = state_->borrow();
+  if (!database) return tl::unexpected(database.error());
+  auto depths = database->depths(id);
+  state_->giveBack(std::move(*database));
+  return depths;
+}
+
 io::Result<PyramidSummary> PyramidReader::summary() const {
   auto database = state_->borrow();
   if (!database) return tl::unexpected(database.error());
@@ -135,6 +143,7 @@ io::Result<PyramidSummary> PyramidReader::summary() const {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(state_->path, error);
   return PyramidSummary{.heightStep_m = state_->meta.heightStep_m,
+                        .fillVoids_m = state_->meta.fillVoids_m,
                         .fileBytes = error ? 0 : bytes,
                         .levels = std::move(*levels),
                         .sources = state_->meta.sources};

@@ -20,6 +20,7 @@ struct LevelSummary {
 /// What `info` tells beyond TileSourceInfo. Costs a walk over the table of tiles (not their payloads).
 struct PyramidSummary {
   double heightStep_m = 0.0;  ///< heights are multiples of it; 0: 32-bit floating point, kept exactly
+  double fillVoids_m = 0.0;   ///< over how far at most voids were filled (BuildOptions); 0: they were not
   std::uint64_t fileBytes = 0;
   std::vector<LevelSummary> levels;  ///< only levels that hold tiles, coarsest first
   std::vector<std::string> sources;  ///< the inputs, as they were named, bottom first
@@ -37,6 +38,8 @@ class PyramidReader final : public raster::TileSource {
   /// Reads and decodes. Fails on a wrong checksum, a payload that does not decode, or a root that is not stored though
   /// a child of it is; nothing where no tile is stored. That a deeper tile is missing only its parent can tell.
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override;
+  /// As TileDatabase::depths.
+  io::Result<std::optional<raster::Raster<float>>> depths(const tiling::TileId& id) const;
   io::Result<PyramidSummary> summary() const;
 
  private:

@@ -7,6 +7,7 @@
 
 #include "pyramid/base_layer.h"
 #include "pyramid/input_set.h"
+#include "pyramid/void_fill.h"
 
 namespace tellurion::pyramid {
 
@@ -21,8 +22,9 @@ struct AdjacentTile {
 /// inputs.
 struct TileTask {
   tiling::TileId id;
-  std::vector<int> inputs;                            ///< that may reach into the tile or its gutter
-  std::array<std::optional<TileRecord>, 4> children;  ///< that are stored
+  std::vector<int> inputs;                                          ///< that may reach into the tile or its gutter
+  std::array<std::optional<TileRecord>, 4> children;                ///< that are stored
+  std::array<std::optional<raster::Raster<float>>, 4> childDepths;  ///< elevation: as TileDatabase::depths
   /// Elevation: the tiles of the children's level that touch an edge from outside, [edge][half], half 0 at the smaller
   /// s or t.
   std::array<std::array<std::optional<AdjacentTile>, 2>, 4> beyond;
@@ -45,7 +47,7 @@ std::size_t cacheBytesPerFile(int jobs, std::size_t inputs);
 class TileMaker {
  public:
   TileMaker(const BuildPlan& plan, const BaseLayer* base, std::size_t cacheBytes)
-      : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles, cacheBytes) {}
+      : plan_(plan), base_(base), inputs_(plan, kMostOpenFiles, cacheBytes), fill_(plan, base, inputs_) {}
   io::Result<std::optional<TileRecord>> make(const TileTask& task);
   const InputSet& inputs() const { return inputs_; }
 
@@ -53,13 +55,14 @@ class TileMaker {
   io::Result<std::optional<TileRecord>> makeElevation(const TileTask& task);
   io::Result<std::optional<TileRecord>> makeImagery(const TileTask& task);
   io::Result<void> sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
-                                     raster::Raster<float>& samples);
+                                     raster::Raster<float>& samples, raster::Raster<float>& depths);
   io::Result<void> sampleOpenColours(const TileTask& task, const std::vector<bool>& known,
                                      raster::Raster<raster::Rgba8>& pixels);
 
   const BuildPlan& plan_;
   const BaseLayer* base_;  ///< null: none
   InputSet inputs_;
+  VoidFill fill_;
 };
 
 }  // namespace tellurion::pyramid

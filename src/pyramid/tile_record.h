@@ -21,6 +21,7 @@ struct TileRecord {
   std::uint8_t childMask = 0;
   std::array<raster::HeightStatistics, 4> children{};
   std::vector<std::byte> payload;
+  std::vector<std::byte> depths;  ///< elevation: what the table of fills tells of the tile; empty: nothing
 };
 
 /// The row's number: a one, the root in four bits, then the bits of y and x interleaved, x lowest. Tiles of one level

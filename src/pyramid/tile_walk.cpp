@@ -8,10 +8,22 @@ namespace {
 
 constexpr std::uint64_t kMostCounted = 4096;
 
+/// The angle of a reach, which is a chord, and some more.
+geo::Angle angleOf(double reach) {
+  return geo::Angle::radians(1.01 * reach);
+}
+
 }  // namespace
 
 TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after)
-    : plan_(plan), inputs_(inputs), base_(base), level_(level), after_(after) {
+    : plan_(plan),
+      inputs_(inputs),
+      base_(base),
+      level_(level),
+      makesWithin_(angleOf(plan.fill.reachOfTiles(level))),
+      touchesWithin_(makesWithin_),
+      after_(after) {
+  if (base != nullptr) touchesWithin_ = std::max(makesWithin_, angleOf(plan.fill.reachDownTo(level)));
   std::vector<Touch> all;
   for (int i = 0; i < static_cast<int>(plan.inputs.size()); ++i)
     all.push_back({.input = i, .inside = true});
@@ -37,17 +49,21 @@ std::vector<TileWalk::Bounded> TileWalk::surroundings(const tiling::TileId& id) 
   return tiles;
 }
 
-io::Result<bool> TileWalk::mayTouch(int input, const Bounded& tile) {
-  if (!plan_.inputs[static_cast<std::size_t>(input)].bounds.intersects(tile.bounds)) return false;
-  return inputs_.mayTouch(input, tile.id);
+io::Result<bool> TileWalk::mayTouch(int input, const Bounded& tile, geo::Angle within) {
+  if (!plan_.inputs[static_cast<std::size_t>(input)].bounds.grown(within).intersects(tile.bounds)) return false;
+  return inputs_.mayTouch(input, tile.id, within);
 }
 
 io::Result<std::optional<TileWalk::Touch>> TileWalk::touched(const std::vector<Bounded>& tiles, const Touch& ofParent) {
+  if (ofParent.inside) {
+    const auto makes = mayTouch(ofParent.input, tiles.front(), makesWithin_);
+    if (!makes) return tl::unexpected(makes.error());
+    if (*makes) return std::optional(Touch{.input = ofParent.input, .inside = true});
+  }
   for (const Bounded& tile : tiles) {
-    const auto may = mayTouch(ofParent.input, tile);
+    const auto may = mayTouch(ofParent.input, tile, touchesWithin_);
     if (!may) return tl::unexpected(may.error());
-    const bool isItself = &tile == &tiles.front();
-    if (*may) return std::optional(Touch{.input = ofParent.input, .inside = isItself && ofParent.inside});
+    if (*may) return std::optional(Touch{.input = ofParent.input, .inside = false});
   }
   return std::optional<Touch>{};
 }

@@ -14,8 +14,9 @@ struct Candidate {
 };
 
 /// The candidates of one level in the order of their rows, found by descending from the roots only where inputs are, so
-/// that the list is never held. A tile is a candidate when an input as deep as its level touches it, or when the base
-/// database stores it and any input touches it or an edge neighbour (whose samples are in its gutter). One thread only.
+/// that the list is never held. A tile is a candidate when an input as deep as its level touches it, or moves heights
+/// in it (FillPlan), or when the base database stores it and any input touches or moves it or an edge neighbour (whose
+/// samples are in its gutter). One thread only.
 class TileWalk {
  public:
   /// Tiles with rows up to `after` are left out. `base` may be null; all must outlive the walk.
@@ -27,7 +28,7 @@ class TileWalk {
  private:
   struct Touch {
     int input;
-    bool inside;  ///< the tile itself and all its ancestors are touched; else only an edge neighbour
+    bool inside;  ///< the input makes the tile and all its ancestors candidates where it is deep enough
   };
   /// A tile and the latitudes and longitudes that hold it.
   struct Bounded {
@@ -43,13 +44,15 @@ class TileWalk {
   io::Result<void> push(const tiling::TileId& id, const std::vector<Touch>& ofParent);
   /// The tile itself, then its edge neighbours.
   std::vector<Bounded> surroundings(const tiling::TileId& id) const;
-  io::Result<bool> mayTouch(int input, const Bounded& tile);
+  io::Result<bool> mayTouch(int input, const Bounded& tile, geo::Angle within);
   io::Result<std::optional<Touch>> touched(const std::vector<Bounded>& tiles, const Touch& ofParent);
 
   const BuildPlan& plan_;
   InputSet& inputs_;
   TileDatabase* base_;
   int level_;
+  geo::Angle makesWithin_;    ///< so near to an input that is deep enough, tiles of the level have to be there
+  geo::Angle touchesWithin_;  ///< what is stored so near to any input may change; no less
   std::int64_t after_;
   std::vector<Node> stack_;
   io::Result<void> started_;

@@ -140,6 +140,9 @@ class Verification {
     report_.payloadBytes += record->payload.size();
     deepest_ = std::max(deepest_, static_cast<int>(record->id.level));
     if (auto ok = checkFamily(*record); !ok) return ok;
+    if (meta.kind == raster::Kind::elevation) {
+      if (const auto depths = database_.depths(record->id); !depths) add({depths.error().message});
+    }
     if (work_.isFull()) add(work_.pop());
     work_.push([shared = std::make_shared<const TileRecord>(std::move(*record)), kind = meta.kind,
                 cells = meta.tileCells] { return faultsInside(*shared, kind, cells); });

@@ -200,10 +200,11 @@ void Footprint::findPatches(const Placement& placement) {
   }
 }
 
-bool Footprint::mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id) const {
-  if (!bounds_.intersects(tiling.bounds(id))) return false;
+bool Footprint::mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id, geo::Angle within) const {
+  if (!bounds_.grown(within).intersects(tiling.bounds(id))) return false;
   if (patches_.empty()) return true;
-  const tiling::Cap cap = tiling.cap(id);
+  tiling::Cap cap = tiling.cap(id);
+  cap.radius = cap.radius + within;
   return std::ranges::any_of(patches_, [&](const tiling::Cap& patch) { return !areApart(cap, patch); });
 }
 

@@ -17,8 +17,8 @@ class Footprint {
   const geo::GeoRect& bounds() const { return bounds_; }
   /// The largest, over a grid of places, of the smaller side of a pixel there.
   geo::Angle finestSpacing() const { return spacing_; }
-  /// False only when no place of the tile is in the raster.
-  bool mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id) const;
+  /// False only when no place of the tile is in the raster or as near to it as `within`.
+  bool mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id, geo::Angle within = {}) const;
 
  private:
   void measureSpacing(const Placement& placement);

@@ -178,8 +178,8 @@ const RasterInfo& RasterFile::info() const {
   return state_->info;
 }
 
-bool RasterFile::mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id) const {
-  return state_->footprint.mayTouch(tiling, id);
+bool RasterFile::mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id, geo::Angle within) const {
+  return state_->footprint.mayTouch(tiling, id, within);
 }
 
 io::Result<void> RasterFile::sampleHeights(std::span<const geo::Direction> directions, geo::Angle footprint,

@@ -78,8 +78,9 @@ class RasterFile {
 
   const RasterInfo& info() const;
 
-  /// Conservative: false only when no place of the tile, its edges included, lies in the raster.
-  bool mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id) const;
+  /// Conservative: false only when no place of the tile, its edges included, lies in the raster or as near to it as
+  /// `within`.
+  bool mayTouch(const tiling::Tiling& tiling, const tiling::TileId& id, geo::Angle within = {}) const;
 
   /// Heights in metres, one for each direction; out (of the same size) is written only where there is data.
   /// footprint 0: bilinear between the four nearest samples; NODATA when the nearest is NODATA, else over those of the
