@@ -218,14 +218,3 @@ INSTANTIATE_TEST_SUITE_P(Schemes, SlowFlight,
 
 }  // namespace
 }  // namespace tellurion
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument.starts_with("--from=")) tellurion::from = std::stod(argument.substr(7));
-    if (argument.starts_with("--seconds=")) tellurion::seconds = std::stod(argument.substr(10));
-    if (argument.starts_with("--tolerance=")) tellurion::tolerance_px = std::stod(argument.substr(12));
-  }
-  return RUN_ALL_TESTS();
-}
