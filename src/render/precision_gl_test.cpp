@@ -8,7 +8,9 @@
 #include "geo/body.h"
 #include "geo/seed_test.h"
 #include "render/synthetic_tiles_test.h"
+#include "scene/parent_surface.h"
 #include "scene/picking.h"
+#include "scene/procedural_source_test.h"
 #include "scene/terrain_mesh.h"
 
 namespace tellurion::render {
@@ -87,34 +89,49 @@ class Board {
   std::vector<synthetic::PaintedTile> tiles_;
 };
 
-/// The middle of a tile as the program makes it, samples about a centimetre apart and as bumpy as gravel: the triangles
-/// of each cell are drawn in a colour of their own.
+using Morph = std::array<float, 4>;
+
+/// The middle of a tile as the program makes it, samples about a centimetre apart and as bumpy as gravel, with the
+/// parent that it grows out of: the triangles of each cell are drawn in a colour of their own.
 class TileMiddle {
  public:
   TileMiddle(tiling::Scheme scheme, const geo::Ellipsoid& ellipsoid, const geo::Direction& place, double height_m)
-      : cells_(64) {
-    const tiling::Tiling tiling(scheme);
-    const double edge_m = tiling.metrics(0).meanEdge.radians() * ellipsoid.semiMajorAxis_m();
-    const tiling::TileId id = tiling.tileAt(place, static_cast<int>(std::lround(std::log2(edge_m / cells_ / kCell_m))));
-    scene::GroundSamples heights(cells_ + 3, cells_ + 3);
-    for (float& h : heights.samples)
-      h = static_cast<float>(height_m + 0.001 * static_cast<double>((&h - heights.samples.data()) * 7 % 5));
-    const scene::SurfaceGrid grid = scene::surfaceGrid(tiling, ellipsoid, id, heights);
-    mesh_ = scene::makeTerrainMesh(tiling, ellipsoid, grid, nullptr, true).mesh;
-    middle_ = grid.positions[grid.index(cells_ / 2, cells_ / 2)];
+      : tiling_(scheme), ellipsoid_(ellipsoid), height_m_(height_m) {
+    const double edge_m = tiling_.metrics(0).meanEdge.radians() * ellipsoid.semiMajorAxis_m();
+    const auto level = static_cast<int>(std::lround(std::log2(edge_m / kCells / kCell_m)));
+    const tiling::TileId id = tiling_.tileAt(place, level);
+    const scene::SurfaceGrid grid = surfaceOf(id);
+    const auto parent = scene::makeTerrainMesh(tiling_, ellipsoid, surfaceOf(id.parent()), nullptr, true).mesh;
+    mesh_ = scene::makeTerrainMesh(tiling_, ellipsoid, grid, parent.get(), true).mesh;
+    middle_ = grid.positions[grid.index(kCells / 2, kCells / 2)];
+    const scene::ParentSurface from =
+        scene::parentSurface(*parent, scene::vertexGrid_m(ellipsoid), id.quadrant(), kCells);
     for (int row = 0; row <= kSide; ++row) {
       for (int col = 0; col <= kSide; ++col) {
         const int c = first() + col;
         const int r = first() + row;
-        const geo::Direction d = tiling.direction(tiling::rootPointIn(id, double(c) / cells_, double(r) / cells_));
-        points_.push_back(ellipsoid.bodyFromDirection(d, static_cast<double>(heights.at(c + 1, r + 1))));
+        points_.push_back({.place = geo::Vec2(c, r) / static_cast<double>(kCells),
+                           .own = groundAt(id, c, r).m,
+                           .parents = from.positions[static_cast<std::size_t>(r * (kCells + 1) + c)]});
       }
     }
     addTiles();
   }
 
   const geo::BodyPosition& middle() const { return middle_; }
-  const std::vector<synthetic::PaintedTile>& tiles() const { return tiles_; }
+  std::vector<synthetic::PaintedTile> tiles(const Morph& morph) const {
+    std::vector<synthetic::PaintedTile> out = tiles_;
+    for (synthetic::PaintedTile& painted : out)
+      painted.tile.morph = morph;
+    return out;
+  }
+  /// The longest way that a point goes from the parent's surface to the tile's own.
+  double longestWay_m() const {
+    double longest_m = 0.0;
+    for (const Point& p : points_)
+      longest_m = std::max(longest_m, geo::length(p.own - p.parents));
+    return longest_m;
+  }
 
   /// How far in pixels the cells of a picture lie beside where they belong: the way from a cell's outline, projected in
   /// double precision, to the middles of pixels that have its colour outside, or have not inside.
@@ -122,10 +139,10 @@ class TileMiddle {
     double most_px = 0.0;
     int compared = 0;
   };
-  Off offIn(const raster::Raster<Rgba8>& picture, const scene::View& view) const {
+  Off offIn(const raster::Raster<Rgba8>& picture, const scene::View& view, const Morph& morph) const {
     std::vector<scene::PixelPosition> corners;
-    for (const geo::BodyPosition& p : points_)
-      corners.push_back(*scene::pixelOf(view, p));
+    for (const Point& p : points_)
+      corners.push_back(*scene::pixelOf(view, p.drawn(morph)));
     Off off;
     for (int row = 0; row < kSide; ++row) {
       for (int col = 0; col < kSide; ++col) {
@@ -140,16 +157,52 @@ class TileMiddle {
   }
 
  private:
-  int first() const { return (cells_ - kSide) / 2; }
+  static constexpr int kCells = 64;
+
+  struct Point {
+    geo::Vec2 place;    ///< in the tile, 0..1
+    geo::Vec3 own;      ///< where it is in the tile's own surface, in double precision
+    geo::Vec3 parents;  ///< and in its parent's
+
+    geo::BodyPosition drawn(const Morph& morph) const {
+      const auto at = [&](std::size_t corner) { return static_cast<double>(morph[corner]); };
+      const double share = std::lerp(std::lerp(at(0), at(1), place.x), std::lerp(at(2), at(3), place.x), place.y);
+      return {parents + (own - parents) * share};
+    }
+  };
+
+  static int first() { return (kCells - kSide) / 2; }
+
+  /// The same on all levels, as samples of tiles are.
+  float heightAt(const geo::Direction& d) const {
+    constexpr double kGravel_m = 0.004;
+    return static_cast<float>(height_m_ + kGravel_m * scene::hashOf(d, 0));
+  }
+  geo::Direction directionAt(const tiling::TileId& id, int col, int row) const {
+    return tiling_.direction(
+        tiling::rootPointIn(id, static_cast<double>(col) / kCells, static_cast<double>(row) / kCells));
+  }
+  geo::BodyPosition groundAt(const tiling::TileId& id, int col, int row) const {
+    const geo::Direction d = directionAt(id, col, row);
+    return ellipsoid_.bodyFromDirection(d, static_cast<double>(heightAt(d)));
+  }
+  scene::SurfaceGrid surfaceOf(const tiling::TileId& id) const {
+    scene::GroundSamples heights(kCells + 3, kCells + 3, static_cast<float>(height_m_));
+    for (int row = 0; row <= kCells; ++row) {
+      for (int col = 0; col <= kCells; ++col)
+        heights.at(col + 1, row + 1) = heightAt(directionAt(id, col, row));
+    }
+    return scene::surfaceGrid(tiling_, ellipsoid_, id, heights);
+  }
 
   void addTiles() {
     auto image = std::make_shared<scene::TextureImage>();
     image->serial = synthetic::nextSerial();
     image->isOpaque = true;
     image->mips.emplace_back(kSide, kSide);
-    std::vector<std::uint16_t> vertexAt(static_cast<std::size_t>((cells_ + 1) * (cells_ + 1)));
-    const int unit = scene::kPlaceUnits / cells_;
-    const auto slot = [&](int col, int row) { return static_cast<std::size_t>(row * (cells_ + 1) + col); };
+    std::vector<std::uint16_t> vertexAt(static_cast<std::size_t>((kCells + 1) * (kCells + 1)));
+    const int unit = scene::kPlaceUnits / kCells;
+    const auto slot = [&](int col, int row) { return static_cast<std::size_t>(row * (kCells + 1) + col); };
     for (std::size_t i = 0; i < mesh_->vertices.size(); ++i)
       vertexAt[slot(mesh_->vertices[i].s / unit, mesh_->vertices[i].t / unit)] = static_cast<std::uint16_t>(i);
     for (int row = 0; row < kSide; ++row) {
@@ -202,10 +255,12 @@ class TileMiddle {
     return least;
   }
 
-  int cells_;
+  tiling::Tiling tiling_;
+  geo::Ellipsoid ellipsoid_;
+  double height_m_;
   std::shared_ptr<const scene::TerrainMesh> mesh_;
   geo::BodyPosition middle_;
-  std::vector<geo::BodyPosition> points_;  ///< (kSide + 1)^2, in double precision
+  std::vector<Point> points_;  ///< (kSide + 1)^2
   std::vector<synthetic::PaintedTile> tiles_;
 };
 
@@ -262,14 +317,16 @@ class TilePrecision : public Precision, public testing::WithParamInterface<tilin
 
   /// What is drawn is within half of kAllowed_px of where it belongs while the eye moves by millimetres, so between two
   /// pictures all of it moves as far as it should within kAllowed_px. Gives how far it was off.
-  double expectSteady(const geo::Ellipsoid& ellipsoid, const geo::Direction& place, std::mt19937_64& random) {
+  double expectSteady(const geo::Ellipsoid& ellipsoid, const geo::Direction& place, bool morphs,
+                      std::mt19937_64& random) {
     const TileMiddle ground(GetParam(), ellipsoid, place, geo::uniform(random, -8000.0, 8800.0));
     Renderer renderer = makeRenderer();
     RenderTarget target = makeTarget(kSize);
     scene::Frame frame;
     frame.light.enabled = false;
     frame.vertexGrid_m = scene::vertexGrid_m(ellipsoid);
-    synthetic::setTiles(frame, ground.tiles());
+    // Else there is nothing to see of a morph: a pixel is 1.75 mm wide.
+    EXPECT_GT(ground.longestWay_m(), 0.001);
     const geo::Geodetic below = ellipsoid.geodeticFromBody(ground.middle());
     frame.view = synthetic::viewAt(ellipsoid, below.lat.degrees(), below.lon.degrees(), below.height_m + 2.0,
                                    geo::uniform(random, 0, 360), -90, kSize, 10);
@@ -279,8 +336,14 @@ class TilePrecision : public Precision, public testing::WithParamInterface<tilin
     double most_px = 0.0;
     for (int i = 0; i < kSteps; ++i) {
       frame.view.eye = frame.view.eye + step;
+      Morph morph{1.0f, 1.0f, 1.0f, 1.0f};
+      if (morphs) {
+        for (float& m : morph)
+          m = static_cast<float>(geo::uniform(random, 0.0, 1.0));
+      }
+      synthetic::setTiles(frame, ground.tiles(morph));
       renderer.draw(frame, target);
-      const TileMiddle::Off off = ground.offIn(readColour(target), frame.view);
+      const TileMiddle::Off off = ground.offIn(readColour(target), frame.view, morph);
       EXPECT_LE(off.most_px, 0.5 * kAllowed_px)
           << "step " << i << " at " << below.lat.degrees() << ", " << below.lon.degrees() << ", " << below.height_m;
       EXPECT_GT(off.compared, 5000);
@@ -289,18 +352,18 @@ class TilePrecision : public Precision, public testing::WithParamInterface<tilin
     return most_px;
   }
 
-  /// Poles, date line, where three roots of the cube meet, and anywhere. The geographic tiling's cells are a centimetre
-  /// wide both ways only away from the poles.
+  /// Poles and near them, date line, where three roots of the cube meet, and anywhere.
   static std::vector<geo::Direction> places(std::mt19937_64& random) {
-    const bool geographic = GetParam() == tiling::Scheme::geographic;
-    std::vector<geo::Direction> out{geo::directionFromDegrees(0.0, 180.0), geo::directionFromDegrees(35.2643897, 45.0)};
-    if (!geographic) out.push_back(geo::directionFromDegrees(90.0, 0.0));
-    if (!geographic) out.push_back(geo::directionFromDegrees(-90.0, 0.0));
-    while (out.size() < 7) {
-      const double most = geographic ? std::sin(geo::kPi / 3.0) : 1.0;
-      out.push_back(geo::directionFromLatLon(geo::Angle::radians(std::asin(geo::uniform(random, -most, most))),
-                                             geo::Angle::degrees(geo::uniform(random, -180, 180))));
+    std::vector<geo::Direction> out{geo::directionFromDegrees(0.0, 180.0), geo::directionFromDegrees(35.2643897, 45.0),
+                                    geo::directionFromDegrees(90.0, 0.0), geo::directionFromDegrees(-90.0, 0.0)};
+    const auto anyLongitude = [&] { return geo::Angle::degrees(geo::uniform(random, -180, 180)); };
+    for (const double side : {-1.0, 1.0}) {
+      const double fromPole_deg = std::pow(10.0, geo::uniform(random, -7.0, 1.5));
+      out.push_back(geo::directionFromLatLon(geo::Angle::degrees(side * (90.0 - fromPole_deg)), anyLongitude()));
     }
+    while (out.size() < 10)
+      out.push_back(
+          geo::directionFromLatLon(geo::Angle::radians(std::asin(geo::uniform(random, -1.0, 1.0))), anyLongitude()));
     return out;
   }
 };
@@ -308,11 +371,13 @@ class TilePrecision : public Precision, public testing::WithParamInterface<tilin
 TEST_P(TilePrecision, CentimetresFromTwoMetresUp) {
   auto random = geo::seededGenerator();
   for (const geo::Body& body : {geo::earth(), geo::mars()}) {
-    double most_px = 0.0;
-    for (const geo::Direction& place : places(random))
-      most_px = std::max(most_px, expectSteady(body.ellipsoid, place, random));
-    std::printf("%s, %s: at most %.4f pixels off\n", body.name.c_str(), std::string(nameOf(GetParam())).c_str(),
-                most_px);
+    for (const bool morphs : {false, true}) {
+      double most_px = 0.0;
+      for (const geo::Direction& place : places(random))
+        most_px = std::max(most_px, expectSteady(body.ellipsoid, place, morphs, random));
+      std::printf("%s, %s%s: at most %.4f pixels off\n", body.name.c_str(), std::string(nameOf(GetParam())).c_str(),
+                  morphs ? ", morphing" : "", most_px);
+    }
   }
 }
 

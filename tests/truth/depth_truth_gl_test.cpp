@@ -3,10 +3,11 @@
 // covers a sample of them or more.
 //
 //   depth_truth_tests [--cameras=N] [--seed=S] [--tolerance=T[,T...]] [--collection=FOLDER] [--place=NAME] [--camera=K]
+//                     [--height=PIXELS]
 //
-// N cameras for each tiling and place, a picture at each tolerance (pixels). FOLDER is the developers' collection of
-// data, which a checkout does not bring: it adds two places with samples a metre apart. NAME and K: this place,
-// this camera alone.
+// N cameras for each tiling and place, a picture at each tolerance (pixels), 96 pixels high unless said otherwise.
+// FOLDER is the developers' collection of data, which a checkout does not bring: it adds two places with samples a
+// metre apart. NAME and K: this place, this camera alone.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -32,21 +33,26 @@
 
 namespace tellurion {
 
-const std::vector<std::string> truth::kOptionNames{"cameras", "seed", "tolerance", "collection", "place", "camera"};
+const std::vector<std::string> truth::kOptionNames{"cameras", "seed",   "tolerance", "collection",
+                                                   "place",   "camera", "height"};
 
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr scene::Viewport kSize{.width = 128, .height = 96};
 constexpr double kShareWithin = 0.999;   ///< of all pixels, within the tolerance
 constexpr double kShareOfCamera = 0.99;  ///< likewise of the worst camera's
-constexpr long kPixelsForShare = 1000;   ///< a camera that has fewer has no share of its own
+constexpr long kPixelsForShare = 500;    ///< a camera that has fewer has no share of its own
 /// No budget is in the way of the proof: what it would leave undone would have to be left out of it.
 constexpr int kMaxTiles = 1'000'000;
 
 unsigned int seed() {
   return static_cast<unsigned int>(truth::option("seed", 20261122));
+}
+
+scene::Viewport size() {
+  const int height = truth::option("height", 96);
+  return {.width = height * 4 / 3, .height = height};
 }
 
 /// The most that any pixel may be off: three times the tolerance, but where the tolerance is more than a pixel no more
@@ -91,7 +97,7 @@ class DepthTruth : public testing::TestWithParam<tiling::Scheme> {
   void SetUp() override {
     if (!context()) GTEST_SKIP() << "no OpenGL context here";
     auto renderer = render::Renderer::create();
-    auto target = render::RenderTarget::create(kSize);
+    auto target = render::RenderTarget::create(size());
     ASSERT_TRUE(renderer && target);
     renderer_.emplace(std::move(*renderer));
     target_.emplace(std::move(*target));
@@ -226,7 +232,7 @@ TEST_P(DepthTruth, IsWithinTheTolerance) {
     for (const truth::Place& place : planet.places) {
       if (!onlyPlace.empty() && place.name != onlyPlace) continue;
       SCOPED_TRACE(place.name);
-      truth::RandomCameras cameras(planet.body.ellipsoid, place, GetParam(), seed(), kSize);
+      truth::RandomCameras cameras(planet.body.ellipsoid, place, GetParam(), seed(), size());
       expectSound(world.finest, database, cameras);
       std::vector<Result> results(tolerances.begin(), tolerances.end());
       for (int number = 0; number < camerasPerPlace; ++number) {
@@ -259,7 +265,7 @@ TEST_P(DepthTruth, TellsTheGroundFromTheEllipsoid) {
   const auto bare = scene::Globe::fromLayers({.body = planet.body, .tiling = GetParam()}, {});
   ASSERT_TRUE(bare);
   const auto flat = [](const geo::Direction&) { return 0.0; };
-  truth::RandomCameras cameras(planet.body.ellipsoid, planet.places[1], GetParam(), seed(), kSize);
+  truth::RandomCameras cameras(planet.body.ellipsoid, planet.places[1], GetParam(), seed(), size());
   const scene::View view = cameras.wherePixelsCoverSamples(flat);
   truth::SeenSurface source([&](const geo::Ray& ray) { return truth::distanceAlong(rasters, ray, view.pixelAngle()); },
                             view);
