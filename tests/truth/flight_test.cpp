@@ -9,10 +9,9 @@
 // Flown four times on each tiling: every frame waiting for its data, with a memory of the last frame and without; in
 // real time, with data that come late; and with morphing switched off, which has to fail what the others pass.
 //
-// Watched are 600 places all along and, wherever a tile takes the place of another, vertices of its mesh. Places
-// between those are told apart: a tile begins with its vertices on its parent's surface, but between them its triangles
-// need not follow the folds of the parent's, so that some of them jump by more; by no more than the tolerance
-// (asserted).
+// Watched are 600 places all along, and wherever a tile takes the place of another vertices of its mesh and places
+// between them. No place jumps by more than half a pixel, and with a memory no vertex of a new tile. What those jump
+// without one, and what lies between, is held to the tolerance and told: docs/measurements.md says what it comes to.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -93,17 +92,28 @@ struct Flight {
   double framesASecond = 60.0;
 };
 
+/// How far points jumped between two frames.
+struct Jumps {
+  double worst_px = 0.0;
+  double worstAt_s = 0.0;
+  geo::Vec2 worstIn{0.0, 0.0};  ///< the picture, pixels
+  long compared = 0;
+  long over = 0;  ///< that are too large
+
+  std::string told() const {
+    std::array<char, 100> text{};
+    std::snprintf(text.data(), text.size(), "%.3f px (%.2f s, at %.0f, %.0f), %ld of %ld over", worst_px, worstAt_s,
+                  worstIn.x, worstIn.y, over, compared);
+    return text.data();
+  }
+};
+
 struct Log {
   std::vector<double> update_ms;  ///< of frames that asked for nothing
   std::vector<double> tiles;
-  double worst_px = 0.0;
-  double worstAt_s = 0.0;
-  long compared = 0;
-  long over = 0;            ///< jumps that are too large
-  std::string where;        ///< of the worst: its pixel
-  double between_px = 0.0;  ///< the largest jump between vertices, where a tile takes the place of another
-  long betweenCompared = 0;
-  long betweenOver = 0;
+  Jumps places;    ///< all along
+  Jumps vertices;  ///< of tiles that take the place of others
+  Jumps between;   ///< those
   int incomplete = 0;
 };
 
@@ -131,7 +141,7 @@ class Watched {
   void compare(const scene::Frame& frame, double t, Log& log) {
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const auto now = scene::drawnPoint(frame, tiling_, places_[i]);
-      count(jump_px(frame.view, before_[i], now), t, log);
+      count(frame.view, before_[i], now, t, log.places);
       before_[i] = now;
     }
     if (!last_.tiles.empty()) compareChanges(frame, t, log);
@@ -149,49 +159,34 @@ class Watched {
       const auto isSame = [&](const scene::DrawnTile& other) { return other.id == tile.id; };
       if (std::any_of(last_.tiles.begin(), last_.tiles.end(), isSame)) continue;
       const std::vector<scene::TerrainVertex>& vertices = tile.mesh->vertices;
-      const auto compareAt = [&](double s, double t) {
+      const auto compareAt = [&](double s, double t, Jumps& jumps) {
         const geo::Direction place = tiling_.direction(tiling::rootPointIn(tile.id, s, t));
-        return jump_px(frame.view, scene::drawnPoint(last_, tiling_, place), scene::drawnPoint(frame, tiling_, place));
+        count(frame.view, scene::drawnPoint(last_, tiling_, place), scene::drawnPoint(frame, tiling_, place), time_s,
+              jumps);
       };
       for (int i = 0; i < kPlacesATile; ++i) {
         const scene::TerrainVertex& v =
             vertices[static_cast<std::size_t>(share() * static_cast<double>(vertices.size()))];
         const double unit = scene::kPlaceUnits;
-        count(compareAt(v.s / unit, v.t / unit), time_s, log);
+        compareAt(v.s / unit, v.t / unit, log.vertices);
         const double s = share();
-        countBetween(compareAt(s, share()), log);
+        compareAt(s, share(), log.between);
       }
     }
   }
 
-  /// How far a point seems to have gone, and where it is.
-  struct Jump {
-    double size_px = 0.0;
-    geo::Vec2 to;
-  };
-  static std::optional<Jump> jump_px(const scene::View& view, const std::optional<geo::BodyPosition>& before,
-                                     const std::optional<geo::BodyPosition>& now) {
+  static void count(const scene::View& view, const std::optional<geo::BodyPosition>& before,
+                    const std::optional<geo::BodyPosition>& now, double t, Jumps& jumps) {
     const auto a = now && before ? inPicture(view, *before) : std::nullopt;
     const auto b = now && before ? inPicture(view, *now) : std::nullopt;
-    if (!a || !b) return std::nullopt;
-    return Jump{geo::length(*a - *b), geo::Vec2(0.5 * kSize.width + b->x, 0.5 * kSize.height - b->y)};
-  }
-
-  static void count(const std::optional<Jump>& jump, double t, Log& log) {
-    if (!jump) return;
-    ++log.compared;
-    log.over += jump->size_px > kAllowedJump_px ? 1 : 0;
-    if (jump->size_px <= log.worst_px) return;
-    log.worst_px = jump->size_px;
-    log.worstAt_s = t;
-    log.where = std::to_string(std::lround(jump->to.x)) + ", " + std::to_string(std::lround(jump->to.y));
-  }
-
-  static void countBetween(const std::optional<Jump>& jump, Log& log) {
-    if (!jump) return;
-    ++log.betweenCompared;
-    log.betweenOver += jump->size_px > kAllowedJump_px ? 1 : 0;
-    log.between_px = std::max(log.between_px, jump->size_px);
+    if (!a || !b) return;
+    const double jump_px = geo::length(*a - *b);
+    ++jumps.compared;
+    jumps.over += jump_px > kAllowedJump_px ? 1 : 0;
+    if (jump_px <= jumps.worst_px) return;
+    jumps.worst_px = jump_px;
+    jumps.worstAt_s = t;
+    jumps.worstIn = {0.5 * kSize.width + b->x, 0.5 * kSize.height - b->y};
   }
 
   tiling::Tiling tiling_;
@@ -238,10 +233,10 @@ Log fly(scene::Globe& globe, const tiling::Tiling& tiling, const Flight& how) {
 
 void print(const std::string& tiling, const char* what, const Log& log) {
   std::printf(
-      "%-10s %-22s largest jump %6.3f px (at %5.2f s, pixel %s), %ld of %ld over %g px; between vertices of new tiles "
-      "%.3f px, %ld of %ld; %3.0f tiles, cut %.3f ms, 99%% %.3f ms; %d frames wanted more\n",
-      tiling.c_str(), what, log.worst_px, log.worstAt_s, log.where.c_str(), log.over, log.compared, kAllowedJump_px,
-      log.between_px, log.betweenOver, log.betweenCompared, percentile(log.tiles, 0.5), percentile(log.update_ms, 0.5),
+      "%-10s %-22s largest jump %s %g px; new tiles' vertices %s; between %s; %3.0f tiles, cut %.3f ms, 99%% %.3f ms; "
+      "%d frames wanted more\n",
+      tiling.c_str(), what, log.places.told().c_str(), kAllowedJump_px, log.vertices.told().c_str(),
+      log.between.told().c_str(), percentile(log.tiles, 0.5), percentile(log.update_ms, 0.5),
       percentile(log.update_ms, 0.99), log.incomplete);
   std::fflush(stdout);
 }
@@ -264,14 +259,15 @@ class SlowFlight : public testing::TestWithParam<tiling::Scheme> {
     if (!globe) return {};
     Log log = fly(**globe, tiling::Tiling(GetParam()), how);
     print(std::string(nameOf(GetParam())), what, log);
-    EXPECT_GT(log.compared, how.seconds * how.framesASecond * 20);
+    EXPECT_GT(log.places.compared, how.seconds * how.framesASecond * 20);
     return log;
   }
 
   void expectSmooth(const char* what, const Flight& how) const {
     const Log log = flown(what, how);
-    EXPECT_LE(log.worst_px, kAllowedJump_px);
-    EXPECT_LE(log.between_px, how.tolerance_px);
+    EXPECT_LE(log.places.worst_px, kAllowedJump_px);
+    EXPECT_LE(log.vertices.worst_px, how.remembers ? kAllowedJump_px : how.tolerance_px);
+    EXPECT_LE(log.between.worst_px, how.tolerance_px);
   }
 
  private:
@@ -296,8 +292,8 @@ TEST_P(SlowFlight, popsWithoutMorphing) {
   const Flight abrupt{
       .morph = false, .from = 0.0, .seconds = 30.0, .framesASecond = truth::option("control-frames", 6.0)};
   const Log log = flown("without morphing", abrupt);
-  EXPECT_GT(log.worst_px, kClearJump_px);
-  EXPECT_GE(log.over, kClearJumps);
+  EXPECT_GT(log.vertices.worst_px, kClearJump_px);
+  EXPECT_GE(log.vertices.over, kClearJumps);
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, SlowFlight,
