@@ -274,7 +274,7 @@ TEST_P(DepthTruth, TellsTheGroundFromTheEllipsoid) {
   const scene::View view = cameras.wherePixelsCoverSamples(flat);
   truth::SeenSurface source([&](const geo::Ray& ray) { return truth::distanceAlong(rasters, ray, view.pixelAngle()); },
                             view);
-  const auto some = [](int col, int row, double) { return col % 8 == 0 && row % 8 == 0; };
+  const auto some = [](int col, int row, double) { return col % 4 == 0 && row % 4 == 0; };
   const truth::Tally tally = source.compare(drawn(wholeFrame(**bare, view, 1.0)), 1.0, 0, some);
   EXPECT_GT(tally.pixels, 50);
   EXPECT_LT(tally.share(), 0.9);
