@@ -38,7 +38,8 @@ struct RenderStatistics {
 /// at the end.
 ///
 /// A mesh is told apart by its serial, a texture likewise. All terrain goes out in one indirect multi-draw for each
-/// combination of blocks of memory in use, which is 1 to 4 (docs/rendering.md). Ranges of a mesh that follow each other
+/// combination of program and blocks of memory in use: 1 to 4 in most views, more where chunks of meshes or blocks of
+/// pictures are many (docs/rendering.md). Ranges of a mesh that follow each other
 /// in its index array are one indirect command: interior, then fine edges in order, then coarse edges in order costs
 /// one command for a tile without coarser neighbours.
 class Renderer {

@@ -8,11 +8,11 @@
 namespace tellurion::render {
 namespace {
 
-constexpr double kGridALength = 1024.0;  // 2^-10 m
+constexpr double kGridPerMetre = 1024.0;  // steps of 2^-10 m
 constexpr float kGroundGrey = 0.35f;     // linear, where a scene has no imagery at all
 
 double snapped(double metres) {
-  return std::round(metres * kGridALength) / kGridALength;
+  return std::round(metres * kGridPerMetre) / kGridPerMetre;
 }
 
 float linear(std::uint8_t srgb) {

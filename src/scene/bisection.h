@@ -10,7 +10,7 @@
 namespace tellurion::scene {
 
 /// Right-triangle bisection of a square of cells, and its triangulation, in whole numbers: which samples become
-/// vertices and how they are joined (docs/selection.md, "Meshes"). Knows no body and no heights but through points in
+/// vertices and how they are joined (docs/selection.md, "Too many triangles"). Knows no body and no heights but through points in
 /// space.
 ///
 /// Sample (col, row), 0..cells, row down. Counter-clockwise means as seen with the row axis down: from outside the

@@ -7,7 +7,7 @@ namespace tellurion::scene {
 namespace {
 
 constexpr double kMissingRoot = 1e9;
-constexpr double kUnseenRoot = 1e8;   ///< what its depths tell is needed: see select()
+constexpr double kUnseenRoot = 1e8;   ///< the horizon needs the depths that it tells: occluderDepth_m of select()
 constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 

@@ -122,7 +122,7 @@ TEST(AtQuality, DividesWhatMayBeOffInPixels) {
   EXPECT_EQ(atQuality({}, 0.1).maxSpacing_px, CutOptions{}.maxSpacing_px);
 }
 
-TEST(QualityControl, stayesAtTheCeilingWhereThereIsRoom) {
+TEST(QualityControl, staysAtTheCeilingWhereThereIsRoom) {
   auto random = geo::seededGenerator();
   Trial trial({}, random);
   trial.play({.fixed_ms = 2.0, .ofQuality_ms = 20.0}, 60.0);

@@ -16,17 +16,21 @@ constexpr int kBlockCells = 4;
 constexpr double kSkew = 2.0;
 constexpr double kPrecision = 3e-6;  ///< of the distance: a thousandth of a pixel
 
-/// The ellipsoid's normal through a point at most 20 km from the surface: off by 1e-11 rad there, a tenth of a
-/// millimetre on the ground.
+/// The ellipsoid's normal through a point at most 20 km from the surface. Each step lessens what it is off by a factor
+/// of a thousand or more; after one it may be a decimetre on the ground, after two it is less than a tenth of a
+/// millimetre.
 geo::Direction normalNear(const geo::Ellipsoid& e, const geo::BodyPosition& p) {
   const double a2 = e.semiMajorAxis_m() * e.semiMajorAxis_m();
   const double b2 = e.semiMinorAxis_m() * e.semiMinorAxis_m();
   const auto normalAt = [&](const geo::Vec3& q) {
     return geo::Direction{geo::normalize(geo::Vec3(q.x / a2, q.y / a2, q.z / b2))};
   };
-  const geo::Direction near = normalAt(p.m);
-  const double height_m = geo::dot(p - e.bodyFromDirection(near), near.n);
-  return normalAt(p.m - near.n * height_m);
+  geo::Direction near = normalAt(p.m);
+  for (int i = 0; i < 2; ++i) {
+    const double height_m = geo::dot(p - e.bodyFromDirection(near), near.n);
+    near = normalAt(p.m - near.n * height_m);
+  }
+  return near;
 }
 
 }  // namespace
@@ -135,6 +139,10 @@ void FinestSurface::fill(int node, const Block& block) {
 
 void FinestSurface::bound(Node& node, const Block& block) const {
   const Tile& tile = tiles_[static_cast<std::size_t>(block.tile)];
+  const double cell = tiling::tileSize(tile.id.level) / cells_;
+  node.u = (tile.id.x * static_cast<double>(cells_) + block.col) * cell;
+  node.v = (tile.id.y * static_cast<double>(cells_) + block.row) * cell;
+  node.size = block.cells * cell;
   struct Sample {
     geo::Vec3 foot;
     geo::Vec3 ground;
@@ -185,6 +193,10 @@ void FinestSurface::bound(Node& node, const Block& block) const {
 
 double FinestSurface::height_m(const geo::Direction& place) const {
   const tiling::RootPoint p = tiling_.rootPoint(place);
+  return heightIn(blockAt(p), p);
+}
+
+const FinestSurface::Node& FinestSurface::blockAt(const tiling::RootPoint& p) const {
   const Node* node = &nodes_[static_cast<std::size_t>(p.root)];
   double u = p.u;
   double v = p.v;
@@ -195,7 +207,11 @@ double FinestSurface::height_m(const geo::Direction& place) const {
     v = 2.0 * v - below;
     node = &nodes_[static_cast<std::size_t>(node->firstQuarter + right + 2 * below)];
   }
-  const Tile& tile = tiles_[static_cast<std::size_t>(node->tile)];
+  return *node;
+}
+
+double FinestSurface::heightIn(const Node& block, const tiling::RootPoint& p) const {
+  const Tile& tile = tiles_[static_cast<std::size_t>(block.tile)];
   const double size = tiling::tileSize(tile.id.level);
   const double x = std::clamp((p.u / size - tile.id.x) * cells_, 0.0, static_cast<double>(cells_));
   const double y = std::clamp((p.v / size - tile.id.y) * cells_, 0.0, static_cast<double>(cells_));
@@ -205,9 +221,15 @@ double FinestSurface::height_m(const geo::Direction& place) const {
   return std::lerp(std::lerp(at(0, 0), at(1, 0), x - col), std::lerp(at(0, 1), at(1, 1), x - col), y - row);
 }
 
-double FinestSurface::above(const geo::BodyPosition& p, geo::Direction& up) const {
+/// `near`: the block that most likely holds the place below; what it is changes nothing but the time.
+double FinestSurface::above(const geo::BodyPosition& p, const Node& near, geo::Direction& up) const {
   up = normalNear(ellipsoid_, p);
-  return geo::dot(p - ellipsoid_.bodyFromDirection(up), up.n) - height_m(up);
+  const tiling::RootPoint place = tiling_.rootPoint(up);
+  const double u = place.u - near.u;
+  const double v = place.v - near.v;
+  const bool isThere = place.root == tiles_[static_cast<std::size_t>(near.tile)].id.root && u >= 0.0 && u < near.size &&
+                       v >= 0.0 && v < near.size;
+  return geo::dot(p - ellipsoid_.bodyFromDirection(up), up.n) - heightIn(isThere ? near : blockAt(place), place);
 }
 
 /// One ray's way through the boxes, front to back.
@@ -229,22 +251,22 @@ struct FinestSurface::Search {
     return {from, to};
   }
 
-  double above(double distance, geo::Direction& up) const {
-    return surface.above({ray.origin.m + ray.direction * distance}, up);
+  double above(double distance, const Node& near, geo::Direction& up) const {
+    return surface.above({ray.origin.m + ray.direction * distance}, near, up);
   }
-  double above(double distance) const {
+  double above(double distance, const Node& near) const {
     geo::Direction up;
-    return above(distance, up);
+    return above(distance, near, up);
   }
 
   /// The first crossing from above to below; `fall` bounds how fast the height above the ground changes.
-  double crossing(double from, double aboveFrom, double to, double aboveTo, double fall) const {
+  double crossing(const Node& block, double from, double aboveFrom, double to, double aboveTo, double fall) const {
     if (aboveFrom <= 0.0 || (aboveTo > 0.0 && aboveFrom + aboveTo >= fall * (to - from))) return kNever;
     const double middle = 0.5 * (from + to);
     if (to - from <= kPrecision * (1.0 + to)) return aboveTo <= 0.0 ? middle : kNever;
-    const double aboveMiddle = above(middle);
-    const double first = crossing(from, aboveFrom, middle, aboveMiddle, fall);
-    return first < kNever ? first : crossing(middle, aboveMiddle, to, aboveTo, fall);
+    const double aboveMiddle = above(middle, block);
+    const double first = crossing(block, from, aboveFrom, middle, aboveMiddle, fall);
+    return first < kNever ? first : crossing(block, middle, aboveMiddle, to, aboveTo, fall);
   }
 
   void visit(int index) {
@@ -253,10 +275,10 @@ struct FinestSurface::Search {
     if (!(from <= to)) return;
     if (node.firstQuarter < 0) {
       geo::Direction up;
-      const double aboveFrom = above(from, up);
+      const double aboveFrom = above(from, node, up);
       const double turn = 1.02 * (to - from) / surface.ellipsoid_.semiMinorAxis_m();
       const double fall = std::abs(geo::dot(ray.direction, up.n)) + turn + node.steepest;
-      best = std::min(best, crossing(from, aboveFrom, to, above(to), fall));
+      best = std::min(best, crossing(node, from, aboveFrom, to, above(to, node), fall));
       return;
     }
     std::array<std::pair<double, int>, 4> quarters;

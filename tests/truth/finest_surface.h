@@ -40,6 +40,10 @@ class FinestSurface {
     double steepest = 0.0;  ///< no slope of its ground is steeper; blocks only
     int firstQuarter = -1;
     int tile = -1;
+    // Where it lies on its root; blocks only.
+    double u = 0.0;
+    double v = 0.0;
+    double size = 0.0;
   };
   struct Block {
     int tile = 0;
@@ -54,7 +58,9 @@ class FinestSurface {
   void agreeWithNeighbours(Tile& tile) const;
   void fill(int node, const Block& block);
   void bound(Node& node, const Block& block) const;
-  double above(const geo::BodyPosition& p, geo::Direction& up) const;
+  const Node& blockAt(const tiling::RootPoint& p) const;
+  double heightIn(const Node& block, const tiling::RootPoint& p) const;
+  double above(const geo::BodyPosition& p, const Node& near, geo::Direction& up) const;
 
   tiling::Tiling tiling_;
   geo::Ellipsoid ellipsoid_;

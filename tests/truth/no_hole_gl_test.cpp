@@ -4,15 +4,19 @@
 //
 //   no_hole_tests [--frames=N] [--seed=S]     N frames for each tiling (default 40), the first half of them with all
 //                                             data loaded, the second half while tiles arrive late and in any order
+//
+// Eyes, heights and how late each tile is follow from the seed; what has come at a frame depends on the machine too.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <mutex>
 #include <random>
 #include <string>
 #include <thread>
@@ -24,14 +28,19 @@
 #include "scene/globe.h"
 #include "scene/picking.h"
 #include "truth/embedded_earth.h"
+#include "truth/proof_options.h"
 
 namespace tellurion {
+
+const std::vector<std::string> truth::kOptionNames{"frames", "seed"};
+
 namespace {
 
 using namespace std::chrono_literals;
 
-int framesPerTiling = 40;
-unsigned int seed = 20261122;
+unsigned int seed() {
+  return static_cast<unsigned int>(truth::option("seed", 20261122));
+}
 
 constexpr scene::Viewport kSize{.width = 320, .height = 240};
 constexpr std::array<float, 3> kMagenta{1.0f, 0.0f, 1.0f};
@@ -46,22 +55,40 @@ double uniform(Random& random, double low, double high) {
   return std::uniform_real_distribution(low, high)(random);
 }
 
-/// Tiles come when they come: each after a while of its own, so that they overtake each other.
+/// Tiles come when they come: each after a while of its own, so that they overtake each other. As many are on their way
+/// at once as there are workers, whom each keeps for that while: a slow line.
 class LateSource final : public raster::TileSource {
  public:
-  LateSource(std::shared_ptr<const raster::TileSource> source, std::chrono::microseconds latest)
-      : source_(std::move(source)), latest_(latest) {}
+  LateSource(std::shared_ptr<const raster::TileSource> source, std::chrono::microseconds latest, unsigned int dice)
+      : source_(std::move(source)), latest_(latest), dice_(dice) {}
 
   const raster::TileSourceInfo& info() const override { return source_->info(); }
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {
-    thread_local Random random(std::random_device{}());
+    const int number = asked_++;
+    std::seed_seq mixed{dice_, static_cast<unsigned int>(tiling::TileIdHash{}(id))};
+    Random random(mixed);
     std::this_thread::sleep_for(uniform(random, 0.0, 1.0) * uniform(random, 0.0, 2.0) * latest_);
-    return source_->load(id);
+    auto tile = source_->load(id);
+    const std::lock_guard lock(mutex_);
+    overtaken_ += number < newest_ ? 1 : 0;
+    newest_ = std::max(newest_, number);
+    return tile;
+  }
+
+  /// Tiles that came after one that was asked for later.
+  int overtaken() const {
+    const std::lock_guard lock(mutex_);
+    return overtaken_;
   }
 
  private:
   std::shared_ptr<const raster::TileSource> source_;
   std::chrono::microseconds latest_;
+  unsigned int dice_;
+  mutable std::atomic<int> asked_ = 0;
+  mutable std::mutex mutex_;
+  mutable int newest_ = -1;
+  mutable int overtaken_ = 0;
 };
 
 /// Where the eye is, with what grows and shrinks on the way.
@@ -131,7 +158,8 @@ struct Tally {
   int incomplete = 0;   ///< something was on its way
   int capped = 0;       ///< the cut had tiles enough before it was fine enough
   int morphing = 0;     ///< some tile was between its parent's surface and its own
-  int underGround = 0;  ///< frames left out: the eye could not be kept above what is drawn
+  int exaggerated = 0;  ///< heights were drawn more than 5 times as high
+  int overtaken = 0;    ///< tiles that came after one that was asked for later
   long pixels = 0;      ///< whose rays are sure to meet the ground
   long deepPixels = 0;  ///< those that meet it however deep it were
   long holes = 0;       ///< those of the first that show the background
@@ -159,8 +187,8 @@ std::string nameOfTile(const tiling::TileId& id) {
 class Walk {
  public:
   Walk(tiling::Scheme scheme, std::shared_ptr<const raster::TileSource> source, bool late, unsigned int dice)
-      : late_(late), random_(dice), tiling_(scheme) {
-    if (late) source = std::make_shared<LateSource>(std::move(source), 60ms);
+      : random_(dice), tiling_(scheme) {
+    if (late) source = late_ = std::make_shared<LateSource>(std::move(source), 60ms, dice);
     auto globe = scene::Globe::fromLayers({.body = geo::earth(), .tiling = scheme}, {.elevation = {std::move(source)}},
                                           {.workers = 3, .cpuCacheBytes = std::uint64_t{96} << 20});
     EXPECT_TRUE(globe) << (globe ? "" : describe(globe.error()));
@@ -181,19 +209,20 @@ class Walk {
       i == 0 || random_() % kFramesAPlace == 0 ? jump() : step();
       const scene::Frame* frame = frameAboveGround();
       if (frame == nullptr) {
-        ++tally_.underGround;
-        continue;
+        ADD_FAILURE() << "frame " << i << ": the eye cannot be kept above the ground";
+        return tally_;
       }
       renderer.draw(*frame, target);
       count(*frame, target, i);
     }
+    tally_.overtaken = late_ ? late_->overtaken() : 0;
     return tally_;
   }
 
  private:
   void jump() {
     eye_ = anywhere(tiling_, random_);
-    const std::array exaggerations{1.0, 1.0, 3.0, 0.0};
+    const std::array exaggerations{1.0, 1.0, 1.0, 3.0, 0.0, 100.0, std::exp(uniform(random_, 0.0, std::log(100.0)))};
     globe_->exaggeration() = exaggerations[random_() % exaggerations.size()];
     tolerance_px_ = std::exp2(uniform(random_, 0.0, 3.0));
     hasClock_ = random_() % 5 != 0;
@@ -226,15 +255,18 @@ class Walk {
     return late_ ? globe_->update(view, options()) : wholeFrame(view, options());
   }
 
-  /// What is known below the eye may be finer than what is drawn there, so the eye is raised until it is above both.
+  /// What is known below the eye may be finer than what is drawn there, and another with each tile that comes, so the
+  /// eye is raised until it is above both, each time by more.
   const scene::Frame* frameAboveGround() {
     double ground_m = globe_->groundHeight_m(eye_.over).value_or(0.0);
-    for (int i = 0; i < 8; ++i) {
+    double more_m = 0.0;
+    for (int i = 0; i < 30; ++i) {
       const scene::Frame& frame = frameFor(eye_.on(ground_m));
       const double known_m = globe_->groundHeight_m(eye_.over).value_or(ground_m);
       const double drawn_m = scene::drawnHeight_m(frame, tiling_, kEarth, eye_.over).value_or(known_m);
       if (ground_m >= std::max(known_m, drawn_m) - 0.5 * kEyeHeight_m) return &frame;
-      ground_m = std::max(known_m, drawn_m);
+      ground_m = std::max(known_m, drawn_m) + more_m;
+      more_m = i < 4 ? 0.0 : 2.0 * more_m + 1.0;
     }
     return nullptr;
   }
@@ -244,6 +276,7 @@ class Walk {
     tally_.incomplete += frame.statistics.tilesWanted > 0 ? 1 : 0;
     tally_.capped += frame.statistics.cappedByBudget ? 1 : 0;
     tally_.morphing += isMorphing(frame) ? 1 : 0;
+    tally_.exaggerated += frame.exaggeration > 5.0 ? 1 : 0;
     const double height_m = std::max(scene::cameraOf(frame.view, kEarth).position.height_m, 0.0);
     const double horizon_m = std::sqrt(height_m * (height_m + 2.0 * kEarth.semiMajorAxis_m()));
     // Corners of triangles are drawn on a lattice of a 256th of a pixel.
@@ -269,7 +302,7 @@ class Walk {
       }
     }
     tally_.holes += holes;
-    EXPECT_EQ(holes, 0) << "frame " << number << " of seed " << seed << (late_ ? ", late" : ", whole") << first;
+    EXPECT_EQ(holes, 0) << "frame " << number << " of seed " << seed() << (late_ ? ", late" : ", whole") << first;
   }
 
   static bool isMorphing(const scene::Frame& frame) {
@@ -308,7 +341,7 @@ class Walk {
     return out;
   }
 
-  bool late_;
+  std::shared_ptr<const LateSource> late_;  ///< null: all data are there in every frame
   Random random_;
   tiling::Tiling tiling_;
   std::unique_ptr<scene::Globe> globe_;
@@ -331,17 +364,24 @@ TEST_P(NoHole, InAnyFrame) {
   const auto source = earthOn(GetParam(), folder);
   ASSERT_TRUE(source);
   for (const bool late : {false, true}) {
-    Walk walk(GetParam(), source, late, 8 * seed + 2 * static_cast<unsigned int>(GetParam()) + (late ? 1 : 0));
+    Walk walk(GetParam(), source, late, 8 * seed() + 2 * static_cast<unsigned int>(GetParam()) + (late ? 1 : 0));
     ASSERT_TRUE(walk.begin());
-    const Tally tally = walk.look(framesPerTiling / 2, *renderer, *target);
+    const int frames = truth::option("frames", 40) / 2;
+    const Tally tally = walk.look(frames, *renderer, *target);
     std::printf(
-        "%-10s %-5s %4d frames, %4d incomplete, %d capped, %4d morphing, %d left out; %ld pixels, %ld of them %g m "
-        "deep; %ld "
-        "holes\n",
-        name.c_str(), late ? "late" : "whole", tally.frames, tally.incomplete, tally.capped, tally.morphing,
-        tally.underGround, tally.pixels, tally.deepPixels, kDeepestGround_m, tally.holes);
-    EXPECT_GT(tally.pixels, 0);
-    EXPECT_EQ(tally.incomplete > 0, late);
+        "%-10s %-5s seed %u: %4d frames, %4d incomplete, %d capped, %4d morphing, %d exaggerated, %d tiles overtaken; "
+        "%ld pixels, %ld of them %g m deep; %ld holes\n",
+        name.c_str(), late ? "late" : "whole", seed(), tally.frames, tally.incomplete, tally.capped, tally.morphing,
+        tally.exaggerated, tally.overtaken, tally.pixels, tally.deepPixels, kDeepestGround_m, tally.holes);
+    std::fflush(stdout);
+    EXPECT_EQ(tally.frames, frames);
+    EXPECT_GT(tally.pixels, 10000L * frames);
+    if (late) {
+      EXPECT_GE(tally.incomplete, frames / 2) << "tiles hardly come late";
+      EXPECT_GT(tally.overtaken, 0) << "tiles come in the order in which they were asked for";
+    } else {
+      EXPECT_EQ(tally.incomplete, 0);
+    }
   }
   std::filesystem::remove_all(folder);
 }
@@ -352,13 +392,3 @@ INSTANTIATE_TEST_SUITE_P(Schemes, NoHole,
 
 }  // namespace
 }  // namespace tellurion
-
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    if (argument.starts_with("--frames=")) tellurion::framesPerTiling = std::stoi(argument.substr(9));
-    if (argument.starts_with("--seed=")) tellurion::seed = static_cast<unsigned int>(std::stoul(argument.substr(7)));
-  }
-  return RUN_ALL_TESTS();
-}

@@ -16,7 +16,7 @@ double skyIsFar(double distance_m) {
 }  // namespace
 
 double missOf(const DistanceAlong& surface, const scene::View& view, scene::PixelPosition pixel, double drawn_m,
-              double centre_m, double most_px) {
+              double centre_m, double most_px, double enough_px) {
   const double drawn = skyIsFar(drawn_m);
   const double width_m = drawn * view.pixelAngle();
   // The nearest rays on which the surface is not beyond what is drawn, and not before it.
@@ -30,6 +30,7 @@ double missOf(const DistanceAlong& surface, const scene::View& view, scene::Pixe
     notBefore = std::min(notBefore, seen >= drawn ? aside_px : off_px);
   };
   look(centre_m, 0.0);
+  if (std::max(notBeyond, notBefore) <= enough_px) return std::max(notBeyond, notBefore);
   for (double aside = 0.25; aside <= std::min(most_px, std::max(notBeyond, notBefore));
        aside += aside < 3 ? 0.25 : 0.5) {
     const int rays = aside <= 0.5 ? 8 : aside <= 1.5 ? 16 : 32;
@@ -37,6 +38,7 @@ double missOf(const DistanceAlong& surface, const scene::View& view, scene::Pixe
       const double angle = 2.0 * geo::kPi * i / rays;
       const scene::PixelPosition place{pixel.x + aside * std::cos(angle), pixel.y + aside * std::sin(angle)};
       look(surface(scene::rayThrough(view, place)), aside);
+      if (std::max(notBeyond, notBefore) <= enough_px) return std::max(notBeyond, notBefore);
     }
   }
   const double miss = std::max(notBeyond, notBefore);

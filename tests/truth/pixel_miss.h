@@ -20,8 +20,9 @@ using DistanceAlong = std::function<double(const geo::Ray&)>;
 /// to the next ray that does not contradict it.
 ///
 /// drawn_m: metres from the eye along the pixel's ray; NaN is sky. centre_m: the surface on that ray, likewise. Looks
-/// no further than most_px, and is infinite beyond.
+/// no further than most_px, and is infinite beyond; ends as soon as the distance is known to be no more than enough_px,
+/// and is then a bound of it that is no more either.
 double missOf(const DistanceAlong& surface, const scene::View& view, scene::PixelPosition pixel, double drawn_m,
-              double centre_m, double most_px);
+              double centre_m, double most_px, double enough_px = 0.0);
 
 }  // namespace tellurion::truth
