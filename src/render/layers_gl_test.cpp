@@ -60,6 +60,8 @@ double blended(BlendMode mode, double c, double g) {
       return 1.0 - (1.0 - c) * (1.0 - g);
     case BlendMode::add:
       return std::min(c + g, 1.0);
+    case BlendMode::overlay:
+      return g <= 0.5 ? 2.0 * c * g : 1.0 - 2.0 * (1.0 - c) * (1.0 - g);
   }
   return 0.0;
 }
@@ -260,7 +262,7 @@ TEST_F(LayerChanges, OfLooksNeitherAskNorCopyNorAllocate) {
     const double wave = 0.5 + 0.5 * std::sin(0.1 * i);
     looks[1].opacity = wave;
     looks[2].opacity = 1.0 - 0.5 * wave;
-    looks[2].blend = scene::kBlendModes.at(static_cast<std::size_t>(i) % 4);
+    looks[2].blend = scene::kBlendModes.at(static_cast<std::size_t>(i) % scene::kBlendModes.size());
     looks[0].saturation = 2.0 * wave;
   };
   change(1);
@@ -298,6 +300,35 @@ TEST_F(LayerChanges, OfVisibilityShowInTheSameFrameAndAskNothing) {
     EXPECT_EQ(readColour(*target).samples, all.samples) << hidden;
   }
   EXPECT_EQ(drawOnce().statistics.requests, requests);
+}
+
+TEST_F(LayerChanges, OfOrderShowInTheSameFrameAndAskNothing) {
+  settle();
+  drawOnce();
+  const std::uint64_t requests = globe->update(view, options).statistics.requests;
+  const auto before = readColour(*target);
+  auto random = geo::seededGenerator();
+  std::vector<std::size_t> expected{0, 1, 2};
+  for (int i = 0; i < 50; ++i) {
+    const std::size_t layer = random() % 3, place = random() % 5;
+    std::erase(expected, layer);
+    expected.insert(expected.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(place, 2)), layer);
+    globe->moveImagery(layer, place);
+    const scene::Frame& frame = drawOnce();
+    ASSERT_TRUE(std::ranges::equal(globe->imageryOrder(), expected));
+    EXPECT_EQ(frame.statistics.requests, requests);
+    EXPECT_EQ(drawn.uploads, 0);
+    for (const scene::DrawnTile& tile : frame.tiles) {
+      std::vector<std::size_t> order;
+      for (std::uint32_t p = 0; p < tile.pictureCount; ++p)
+        order.push_back(frame.pictures[tile.firstPicture + p].layer);
+      ASSERT_EQ(order, expected);
+    }
+    const bool asAtFirst = std::ranges::is_sorted(expected);
+    EXPECT_EQ(readColour(*target).samples == before.samples, asAtFirst) << testing::PrintToString(expected);
+  }
+  globe->moveImagery(3, 0);
+  EXPECT_TRUE(std::ranges::equal(globe->imageryOrder(), expected));
 }
 
 TEST_F(LayerChanges, OnlyVisibleLayersMakeTilesFiner) {
