@@ -23,10 +23,24 @@ using Code = io::Failure::Code;
 using Words = std::vector<std::string_view>;
 
 /// Of a layer that is a service, besides source and type.
-constexpr std::array<std::string_view, 17> kServiceKeys{
-    "layer",       "style",     "format",    "crs",    "version",    "time",
-    "matrix_set",  "encoding",  "scale",     "offset", "nodata",     "level_zero_degrees",
-    "tile_pixels", "min_level", "max_level", "bounds", "attribution"};
+constexpr std::array<std::string_view, 18> kServiceKeys{"layer",
+                                                        "style",
+                                                        "format",
+                                                        "crs",
+                                                        "version",
+                                                        "time",
+                                                        "matrix_set",
+                                                        "encoding",
+                                                        "byte_order",
+                                                        "scale",
+                                                        "offset",
+                                                        "nodata",
+                                                        "level_zero_degrees",
+                                                        "tile_pixels",
+                                                        "min_level",
+                                                        "max_level",
+                                                        "bounds",
+                                                        "attribution"};
 constexpr int kDeepestServiceLevel = 30;
 constexpr double kFastestClock = 1e11;     ///< scene seconds a second
 constexpr std::size_t kMostTimes = 10000;  ///< of a layer
@@ -295,6 +309,7 @@ class SceneReader {
     out.time = text("time");
     out.matrixSet = text("matrix_set");
     out.encoding = text("encoding");
+    out.byteOrder = text("byte_order");
     out.attribution = text("attribution");
     out.scale = real("scale", -1e9, 1e9);
     out.offset_m = real("offset", -1e9, 1e9);
