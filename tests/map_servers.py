@@ -65,6 +65,8 @@ class Layer:
     extent: tuple = (-180, -90, 180, 90)
     elevation: bool = False
     epsg: int = 4326
+    times: str = ""  # WMS_TIMEEXTENT: then `path` is an index of rasters with the fields location and time (online_world.make_time_index)
+    default_time: str = ""
 
 
 def map_file(layers, url):
@@ -94,17 +96,25 @@ def map_file(layers, url):
         west, south, east, north = layer.extent
         # Pictures mostly shrink, and what shrinks has to be averaged; heights are wanted between samples too.
         processing = f'    PROCESSING "RESAMPLE={"BILINEAR" if layer.elevation else "AVERAGE"}"\n'
+        data = f'    DATA "{layer.path.resolve()}"'
+        times = ""
+        if layer.times:
+            data = f'    TILEINDEX "{layer.path.resolve()}"\n    TILEITEM "location"'
+            times = f"""      "wms_timeextent" "{layer.times}"
+      "wms_timeitem" "time"
+      "wms_timedefault" "{layer.default_time}"
+"""
         text += f"""  LAYER
     NAME "{name}"
     TYPE RASTER
     STATUS ON
-    DATA "{layer.path.resolve()}"
+{data}
 {processing}    PROJECTION "init=epsg:{layer.epsg}" END
     METADATA
       "wms_title" "{name} of the tests"
       "wms_extent" "{west} {south} {east} {north}"
       "wms_attribution_title" "Tellurion's tests"
-    END
+{times}    END
   END
 """
     return text + "END\n"

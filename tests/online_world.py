@@ -14,8 +14,9 @@ import map_servers
 
 try:
     import numpy
-    from osgeo import gdal
+    from osgeo import gdal, ogr
     gdal.UseExceptions()
+    ogr.UseExceptions()
     os.environ.setdefault("CPL_LOG", os.devnull)  # the poles are nowhere on web Mercator, as PROJ says a hundred times
 except ImportError:
     gdal = None
@@ -96,6 +97,20 @@ def make_worldwind(picture, tree, finest):
             for x in range(width // 512):
                 top = height - 512 * (y + 1)
                 write_png(tree / "worldwind" / str(level) / str(y) / f"{x}.png", whole[:, top:top + 512, 512 * x:512 * x + 512])
+
+
+def make_time_index(path, rasters):
+    """`rasters`: files by ISO 8601 date, each of the whole globe. An index as MapServer reads it."""
+    index = ogr.GetDriverByName("ESRI Shapefile").CreateDataSource(str(path))
+    layer = index.CreateLayer("index", geom_type=ogr.wkbPolygon)
+    for field in ("location", "time"):
+        layer.CreateField(ogr.FieldDefn(field, ogr.OFTString))
+    for time, raster in rasters.items():
+        feature = ogr.Feature(layer.GetLayerDefn())
+        feature.SetField("location", str(raster))
+        feature.SetField("time", time)
+        feature.SetGeometry(ogr.CreateGeometryFromWkt("POLYGON((-180 -90,180 -90,180 90,-180 90,-180 -90))"))
+        layer.CreateFeature(feature)
 
 
 class Program:

@@ -29,6 +29,7 @@ nlohmann::ordered_json entryJson(const raster::ServiceLayer& entry) {
   text("time", entry.time);
   text("matrix_set", entry.matrixSet);
   text("encoding", entry.encoding);
+  text("byte_order", entry.byteOrder);
   number("scale", entry.scale);
   number("offset", entry.offset_m);
   number("nodata", entry.nodata);

@@ -56,6 +56,9 @@ nlohmann::ordered_json jsonOf(const raster::LayerOffer& layer) {
   json["default_time"] = layer.defaultTime;
   if (layer.box_degrees) json["bounds"] = *layer.box_degrees;
   json["attribution"] = layer.attribution;
+  if (layer.onlyWhole) json["only_whole"] = true;
+  if (layer.fixedWidth > 0) json["fixed_width"] = layer.fixedWidth;
+  if (layer.fixedHeight > 0) json["fixed_height"] = layer.fixedHeight;
   return json;
 }
 
@@ -69,6 +72,15 @@ nlohmann::ordered_json jsonOf(const raster::ServiceOffers& offers) {
   for (const raster::LayerOffer& layer : offers.layers)
     json["layers"].push_back(jsonOf(layer));
   return json;
+}
+
+/// What a server cannot do with a layer; empty: it gives any part at any size.
+std::string limitsOf(const raster::LayerOffer& layer) {
+  const auto side = [](int pixels) { return pixels > 0 ? std::to_string(pixels) : std::string("any"); };
+  const bool isFixed = layer.fixedWidth > 0 || layer.fixedHeight > 0;
+  if (!layer.onlyWhole && !isFixed) return {};
+  return fmt::format("{}{}", layer.onlyWhole ? "one map of all of it, no parts" : "any part",
+                     isFixed ? fmt::format(", {} x {} pixels", side(layer.fixedWidth), side(layer.fixedHeight)) : "");
 }
 
 /// The first few of a list, and how many more.
@@ -109,7 +121,8 @@ std::vector<std::string> rowOf(const raster::LayerOffer& layer) {
           boxText(layer),
           someOf(layer.crs, 3, layer.crsCount),
           cell(someOf(layer.styles, 3, layer.styles.size()), kWidestTitle),
-          cell(layer.times, kWidestName)};
+          cell(layer.times, kWidestName),
+          limitsOf(layer)};
 }
 
 std::size_t lettersOf(const std::string& text) {
@@ -201,6 +214,8 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
     fmt::format_to(out, "# time: {}{}\n", raster::onOneLine(layer.times),
                    layer.defaultTime.empty() ? "" : "; without it " + raster::onOneLine(layer.defaultTime));
   }
+  const std::string limits = limitsOf(layer);
+  if (!limits.empty()) fmt::format_to(out, "# the server gives {}\n", limits);
   fmt::format_to(out, "# {} levels, the first image: {}\n", service->levels.size(), raster::withoutSecrets(firstImage));
   printAnswer("sources", text);
 }

@@ -13,6 +13,7 @@
 #include "app/progress.h"
 #include "raster/time_extent.h"
 #include "scene/quality_control.h"
+#include "scene/scene_setting.h"
 
 namespace tellurion::app {
 namespace {
@@ -50,6 +51,11 @@ std::optional<std::array<float, 3>> colourFrom(const std::string& text) {
 
 std::string timeProblem(const std::string& text) {
   return raster::secondsOfTime(text) ? "" : fmt::format("'{}' is not a time like 2004-07-01T12:00:00Z", text);
+}
+
+std::string settingProblem(const std::string& text) {
+  const auto setting = scene::parseSetting(text);
+  return setting ? "" : setting.error().message;
 }
 
 std::string colourProblem(const std::string& text) {
@@ -153,6 +159,14 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
       .add_option("SCENE", arguments.scene,
                   "A scene file, a tile database, a raster, several joined by commas, or a map server's URL#LAYER")
       ->required();
+  command
+      .add_option("--set", arguments.settings,
+                  "KEY=VALUE, any value of the scene file (docs/scene-file.md), in place of what it says: "
+                  "light.ambient=0.2, or of a layer, by number from the bottom or name, imagery.0.opacity=0.5; may be "
+                  "given again and again")
+      ->check(settingProblem)
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
   command.add_option("--size", arguments.size, "WIDTHxHEIGHT of the picture in pixels")
       ->check(sizeProblem)
       ->capture_default_str();
@@ -262,7 +276,7 @@ io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, c
 }
 
 io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop) {
-  const auto scene = scene::openScene(arguments.scene);
+  const auto scene = scene::openScene(arguments.scene, arguments.settings);
   if (!scene) return tl::unexpected(scene.error());
   auto globe = openGlobe(*scene, arguments, stop);
   if (!globe) return tl::unexpected(globe.error());

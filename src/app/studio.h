@@ -16,6 +16,7 @@ namespace tellurion::app {
 /// What every subcommand that makes pictures takes.
 struct PictureArguments {
   std::string scene;
+  std::vector<std::string> settings;  ///< KEY=VALUE, in place of what the scene file says
   std::string size = "1024x768";
   double fov_degrees = 45.0;
   double tolerance_px = 1.0;
@@ -50,7 +51,8 @@ enum class Pace {
   realTime,      ///< `--quality auto` and --frame-ms have a meaning
 };
 
-/// SCENE, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration, --time,
+/// SCENE, --set, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
+/// --time,
 /// --no-morph, the budgets, --offline, --cache-mib, --gpu-memory and --compress-textures, in real time --frame-ms too,
 /// checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);

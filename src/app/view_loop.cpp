@@ -281,7 +281,7 @@ void ViewLoop::drawPanels() {
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
   if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
-  if (layersShown_ && drawLayers(globe_.imageryNames(), globe_.imageryLooks())) pictureStale_ = true;
+  if (layersShown_ && drawLayers(globe_)) pictureStale_ = true;
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 namespace tellurion::app {
 namespace {
@@ -80,6 +81,26 @@ bool drawLook(scene::LayerLook& look) {
   return changed;
 }
 
+struct Move {
+  std::size_t layer = 0;
+  std::size_t place = 0;
+};
+
+/// Up and down; where the layer at this place shall go. The arrow that leads nowhere is there too, so that all names
+/// begin below each other.
+std::optional<std::size_t> drawArrows(std::size_t place, std::size_t count) {
+  std::optional<std::size_t> to;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(place + 1 == count);
+  if (ImGui::ArrowButton("##up", ImGuiDir_Up)) to = place + 1;
+  ImGui::EndDisabled();
+  ImGui::SameLine(0.0f, 1.0f);
+  ImGui::BeginDisabled(place == 0);
+  if (ImGui::ArrowButton("##down", ImGuiDir_Down)) to = place - 1;
+  ImGui::EndDisabled();
+  return to;
+}
+
 }  // namespace
 
 void drawStatusLine(const std::vector<std::string>& parts, const std::string& right) {
@@ -125,23 +146,29 @@ void drawStatistics(std::span<const Figure> figures) {
   ImGui::PopStyleVar();
 }
 
-bool drawLayers(std::span<const std::string> names, std::span<scene::LayerLook> looks) {
+bool drawLayers(scene::Globe& globe) {
   bool changed = false;
   ImGui::SetNextWindowPos(ImVec2(kMargin, kMargin), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowBgAlpha(0.8f);
   if (ImGui::Begin("Layers", nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav)) {
-    for (std::size_t i = looks.size(); i-- > 0;) {
-      ImGui::PushID(static_cast<int>(i));
-      changed |= ImGui::Checkbox("##visible", &looks[i].visible);
+    const std::span<const std::uint32_t> order = globe.imageryOrder();
+    std::optional<Move> move;
+    for (std::size_t place = order.size(); place-- > 0;) {
+      scene::LayerLook& look = globe.imageryLooks()[order[place]];
+      ImGui::PushID(static_cast<int>(order[place]));
+      changed |= ImGui::Checkbox("##visible", &look.visible);
+      if (const auto to = drawArrows(place, order.size())) move = Move{.layer = order[place], .place = *to};
       ImGui::SameLine();
-      if (ImGui::TreeNode(names[i].c_str())) {
+      if (ImGui::TreeNode(globe.imageryNames()[order[place]].c_str())) {
         ImGui::PushItemWidth(ImGui::GetFontSize() * 10.0f);
-        changed |= drawLook(looks[i]);
+        changed |= drawLook(look);
         ImGui::PopItemWidth();
         ImGui::TreePop();
       }
       ImGui::PopID();
     }
+    if (move) globe.moveImagery(move->layer, move->place);
+    changed |= move.has_value();
   }
   ImGui::End();
   return changed;

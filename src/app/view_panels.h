@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/layer_look.h"
+#include "scene/globe.h"
 
 // What is written over the picture. To be called between ViewWindow::beginPanels() and endPanels().
 namespace tellurion::app {
@@ -19,8 +19,9 @@ struct Figure {
 
 /// A table in the upper right corner.
 void drawStatistics(std::span<const Figure> figures);
-/// The imagery layers from the top one down, with what can be changed of each. True: something was.
-bool drawLayers(std::span<const std::string> names, std::span<scene::LayerLook> looks);
+/// The imagery layers from the top one down, with what can be changed of each, and arrows that change their order.
+/// True: something was changed.
+bool drawLayers(scene::Globe& globe);
 /// A short message at the upper edge.
 void drawNotice(const std::string& text);
 /// The table of controls in the middle.

@@ -35,6 +35,9 @@ const Tables& tables() {
 double linearLight(double srgb) {
   return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }
+ColourTables colourTables() {
+  return {.linear = tables().linear.data(), .srgb = tables().srgb.data()};
+}
 std::uint16_t linearFromSrgb(std::uint8_t value) {
   return tables().linear[value];
 }

@@ -14,6 +14,13 @@ double linearLight(double srgb);
 std::uint16_t linearFromSrgb(std::uint8_t value);
 std::uint8_t srgbFromLinear(std::uint16_t linear);
 
+/// The tables behind the two functions, for loops over pixels: neither a call nor a check for each look-up.
+struct ColourTables {
+  const std::uint16_t* linear;  ///< of 256 bytes
+  const std::uint8_t* srgb;     ///< of 65536 linear values
+};
+ColourTables colourTables();
+
 /// `top` laid over `bottom` (Porter and Duff's "over", not premultiplied), in linear light.
 Rgba8 over(Rgba8 top, Rgba8 bottom);
 

@@ -43,10 +43,30 @@ io::Result<bool> answerInMarkup(const io::Resource& resource, std::string_view l
                                                : fmt::format("a page came instead of an image: '{}'", title));
 }
 
+io::Result<bool> checkSize(int width, int height, const ExpectedImage& expected) {
+  if (width == expected.width && height == expected.height) return true;
+  return io::fail(Code::corrupt, fmt::format("the image has {} x {} pixels, not the {} x {} expected (tile_pixels)",
+                                             width, height, expected.width, expected.height));
+}
+
 bool isTiff(std::string_view letters) {
   using namespace std::string_view_literals;
   return letters.starts_with("II*\0"sv) || letters.starts_with("MM\0*"sv) || letters.starts_with("II+\0"sv) ||
          letters.starts_with("MM\0+"sv);
+}
+
+/// GIF has no decoder of ours behind readImageHeader: last resort, by GDAL (service_image.h).
+io::Result<bool> checkGif(std::string_view letters, const ExpectedImage& expected) {
+  if (expected.kind == Kind::elevation)
+    return io::fail(Code::unsupported, "heights came as a GIF, which has 256 colours; ask for another format");
+  if (letters.size() < 10) return io::fail(Code::corrupt, "the image ends before it is complete");
+  const auto number = [&](std::size_t i) {
+    return static_cast<unsigned char>(letters[i]) + 256 * static_cast<unsigned char>(letters[i + 1]);
+  };
+  if (auto right = checkSize(number(6), number(8), expected); !right) return right;
+  const std::size_t last = letters.find_last_not_of('\0');
+  if (letters[last] != ';') return io::fail(Code::corrupt, "the image ends before it is complete");
+  return true;
 }
 
 /// Whether the trailer of the format is there; servers may add a few bytes behind it.
@@ -71,17 +91,15 @@ bool isComplete(std::string_view letters, ImageFormat format) {
 io::Result<bool> checkPicture(const io::Resource& resource, std::string_view letters, const ExpectedImage& expected) {
   const auto header = readImageHeader(resource.bytes);
   if (!header) {
-    return io::fail(Code::corrupt,
-                    fmt::format("what came is no image that is known here (PNG, JPEG, WebP, TIFF); the server calls it "
-                                "'{}', it has {} bytes",
-                                onOneLine(resource.contentType), resource.bytes.size()));
+    return io::fail(
+        Code::corrupt,
+        fmt::format("what came is no image that is known here (PNG, JPEG, WebP, TIFF, GIF); the server calls it "
+                    "'{}', it has {} bytes",
+                    onOneLine(resource.contentType), resource.bytes.size()));
   }
   if (expected.kind == Kind::elevation && header->format == ImageFormat::jpeg)
     return io::fail(Code::unsupported, "heights came as a JPEG, which changes them; ask for another format");
-  if (header->width != expected.width || header->height != expected.height) {
-    return io::fail(Code::corrupt, fmt::format("the image has {} x {} pixels, not the {} x {} expected (tile_pixels)",
-                                               header->width, header->height, expected.width, expected.height));
-  }
+  if (auto right = checkSize(header->width, header->height, expected); !right) return right;
   if (!isComplete(letters, header->format)) return io::fail(Code::corrupt, "the image ends before it is complete");
   return true;
 }
@@ -102,6 +120,7 @@ io::Result<bool> checkImage(const io::Resource& resource, const ExpectedImage& e
   if (first != letters.npos && letters[first] == '{')
     return io::fail(Code::ioError, "the server says: " + onOneLine(letters.substr(first, kLongestComplaint)));
   if (isTiff(letters)) return true;
+  if (letters.starts_with("GIF87a") || letters.starts_with("GIF89a")) return checkGif(letters, expected);
   if (expected.rawSampleBytes > 0) {
     return io::fail(Code::corrupt,
                     fmt::format("raw heights of {} bytes came, not the {} of {} x {} samples; zipped "

@@ -53,6 +53,20 @@ TEST(ImageCheck, SizesAndKindsMustBeRight) {
   EXPECT_NE(outcome(resourceOf(std::string(500, 'x')), heights).find("500 bytes came, not the 512"), std::string::npos);
 }
 
+TEST(ImageCheck, GifsAreKnownByTheirFirstAndLastBytes) {
+  const std::string gif("GIF89a\x10\0\x10\0\0\0\0,;", 15);
+  EXPECT_EQ(outcome(resourceOf(gif, "image/gif"), kTile), "good");
+  EXPECT_EQ(outcome(resourceOf(gif + std::string(3, '\0'), "image/gif"), kTile), "good") << "a few bytes more";
+  for (std::size_t length = 6; length < gif.size(); ++length)
+    EXPECT_FALSE(checkImage(resourceOf(gif.substr(0, length)), kTile)) << length;
+  ExpectedImage other = kTile;
+  other.width = 17;
+  EXPECT_NE(outcome(resourceOf(gif), other).find("16 x 16 pixels, not the 17 x 16"), std::string::npos);
+  other = kTile;
+  other.kind = Kind::elevation;
+  EXPECT_NE(outcome(resourceOf(gif), other).find("256 colours"), std::string::npos);
+}
+
 TEST(ImageCheck, QuotesWhatTheServerSaysInstead) {
   const char* wms =
       "<?xml version='1.0'?>\n<!DOCTYPE ServiceExceptionReport SYSTEM 'http://h/x.dtd'>\n<ServiceExceptionReport>\n"
@@ -70,7 +84,7 @@ TEST(ImageCheck, QuotesWhatTheServerSaysInstead) {
   EXPECT_EQ(outcome(resourceOf("{\"error\": \"no key\"}"), kTile), "the server says: {\"error\": \"no key\"}");
   EXPECT_EQ(outcome(resourceOf(""), kTile), "nothing");
   EXPECT_EQ(outcome(resourceOf(""), drawn), "the answer is empty");
-  EXPECT_NE(outcome(resourceOf("GIF89a........", "image/gif"), kTile).find("no image that is known"),
+  EXPECT_NE(outcome(resourceOf("BM............", "image/bmp"), kTile).find("no image that is known"),
             std::string::npos);
 }
 

@@ -77,14 +77,35 @@ class LiveRaster final : public TileSource {
 
   io::Result<std::optional<SourceTile>> heights(RasterFile& file, const tiling::TileId& id,
                                                 const TilePresence& presence) const {
+    auto samples = sampledHeights(file, id);
+    if (!samples) return tl::unexpected(std::move(samples.error()));
+    const bool hasData = std::ranges::any_of(samples->samples, [](float h) { return !isNoData(h); });
+    if (!isNeeded(id, presence, hasData)) return std::optional<SourceTile>{};
+    const auto departure_m = departure(file, id, presence, *samples);
+    if (!departure_m) return tl::unexpected(departure_m.error());
+    return std::optional(liveTile(std::move(*samples), presence.childMask, id, info_, *departure_m));
+  }
+
+  io::Result<Raster<float>> sampledHeights(RasterFile& file, const tiling::TileId& id) const {
     const OpenPlaces open = openPlaces(tiling_, id, info_.kind, info_.tileCells, nothingKnown());
     std::vector<float> heights(open.places.size(), kNoData);
-    auto done = file.sampleHeights(open.places, footprint(id.level), heights);
-    if (!done) return tl::unexpected(std::move(done.error()));
-    if (!isNeeded(id, presence, std::ranges::any_of(heights, [](float h) { return !isNoData(h); }))) {
-      return std::optional<SourceTile>{};
+    if (auto done = file.sampleHeights(open.places, footprint(id.level), heights); !done) {
+      return tl::unexpected(std::move(done.error()));
     }
-    return std::optional(liveTile(laidOut<float>(open.indices, heights, kNoData), presence.childMask, id, info_));
+    return laidOut<float>(open.indices, heights, kNoData);
+  }
+
+  /// How far the next level departs from the tile; nothing where no place has data on both.
+  io::Result<std::optional<double>> departure(RasterFile& file, const tiling::TileId& id, const TilePresence& presence,
+                                              const Raster<float>& samples) const {
+    double largest = -1.0;
+    for (int quadrant = 0; quadrant < 4; ++quadrant) {
+      if (((presence.childMask >> quadrant) & 1) == 0) continue;
+      const auto child = sampledHeights(file, id.child(quadrant));
+      if (!child) return tl::unexpected(child.error());
+      largest = std::max(largest, departureOfChild(samples, quadrant, *child));
+    }
+    return largest >= 0.0 ? std::optional(largest) : std::nullopt;
   }
 
   io::Result<std::optional<SourceTile>> colours(RasterFile& file, const tiling::TileId& id,

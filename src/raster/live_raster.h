@@ -16,7 +16,9 @@ struct LiveOptions {
 
 /// Tiles of any raster file that GDAL reads (RasterFile), made when they are asked for: nothing is built, nothing is
 /// written. A tile's samples are means over their spacing, on the deepest levels bilinear, so a large file without
-/// overviews is slow on coarse levels. Heights' errors are estimates (estimatedStatistics). Fails as RasterFile::open
+/// overviews is slow on coarse levels. Heights' errors are
+/// measured against the next level, and on all but the last level before the deepest they are estimates beyond that
+/// (liveTile); so a tile of heights costs five times its samples. Fails as RasterFile::open
 /// does. Thread-safe: each thread that loads at the same time has the file open once.
 io::Result<std::shared_ptr<const TileSource>> liveRaster(const std::string& path, Kind kind, tiling::Scheme scheme,
                                                          const LiveOptions& options = {});

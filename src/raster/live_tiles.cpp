@@ -72,13 +72,36 @@ HeightStatistics estimatedOfChild(const HeightStatistics& tile, int levelsBelow)
           .error_m = levelsBelow > 1 ? 0.5f * tile.error_m : 0.0f};
 }
 
-SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id,
-                    const TileSourceInfo& info) {
+double departureOfChild(const Raster<float>& tile, int quadrant, const Raster<float>& child) {
+  const int cells = tile.width - 3;  // a sample more than cells, and a gutter on both sides
+  const int firstCol = (quadrant & 1) * cells, firstRow = (quadrant >> 1) * cells;  // in cells of the child
+  const auto known = [&](int col, int row) { return static_cast<double>(tile.at(col + 1, row + 1)); };
+  double largest = -1.0;
+  for (int row = 0; row <= cells; ++row) {
+    for (int col = 0; col <= cells; ++col) {
+      const int x = firstCol + col, y = firstRow + row;
+      const int right = (x + 1) / 2, lower = (y + 1) / 2;
+      const double surface_m =
+          0.25 * (known(x / 2, y / 2) + known(right, y / 2) + known(x / 2, lower) + known(right, lower));
+      const double off_m = std::abs(surface_m - static_cast<double>(child.at(col + 1, row + 1)));
+      if (off_m > largest) largest = off_m;  // never true of NaN
+    }
+  }
+  return largest;
+}
+
+SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id, const TileSourceInfo& info,
+                    std::optional<double> departure_m) {
   const double spacing_m = tiling::Tiling(info.scheme).metrics(id.level).meanEdge.radians() / info.tileCells *
                            info.body.ellipsoid.semiMajorAxis_m();
   const int levelsBelow = childMask != 0 ? std::max(1, info.maxLevel - id.level) : 0;
   SourceTile tile;
   tile.statistics = estimatedStatistics(samples, spacing_m, levelsBelow);
+  if (departure_m && levelsBelow > 0) {
+    const double least_m = levelsBelow > 1 ? kLeastShare * spacing_m : 0.0;
+    const double error_m = std::max(*departure_m * 2.0 * (1.0 - std::exp2(-levelsBelow)), least_m);
+    tile.statistics.error_m = static_cast<float>(error_m);
+  }
   tile.childMask = childMask;
   for (std::size_t q = 0; q < tile.children.size(); ++q) {
     if (((childMask >> q) & 1) != 0) tile.children[q] = estimatedOfChild(tile.statistics, levelsBelow);

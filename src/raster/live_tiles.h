@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "raster/tile_source.h"
 
@@ -29,9 +30,16 @@ HeightStatistics estimatedStatistics(const Raster<float>& samples, double spacin
 /// Of each child: the range of the tile widened by its error, and half of the error.
 HeightStatistics estimatedOfChild(const HeightStatistics& tile, int levelsBelow);
 
-/// A finished tile out of its samples, gutter included.
-SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id,
-                    const TileSourceInfo& info);
+/// The largest distance in metres of a child's samples to the surface of the tile over it, bilinear; negative where
+/// there is no place where both have data. Gutters included in both.
+double departureOfChild(const Raster<float>& tile, int quadrant, const Raster<float>& child);
+
+/// A finished tile out of its samples, gutter included. departure_m: how far the samples of the next level depart from
+/// it (departureOfChild), where somebody has looked. With one level below that is the error; with more it is taken to
+/// halve at each, and the error to be the sum, at least 1/256 of the
+/// spacing, which is still an estimate. Else estimatedStatistics.
+SourceTile liveTile(Raster<float> samples, std::uint8_t childMask, const tiling::TileId& id, const TileSourceInfo& info,
+                    std::optional<double> departure_m = std::nullopt);
 /// The corners of the gutter are filled with the nearest pixel.
 SourceTile liveTile(Raster<Rgba8> pixels, std::uint8_t childMask);
 

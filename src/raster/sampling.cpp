@@ -16,6 +16,11 @@ bool isInside(const GridTopology& grid, double col, double row) {
   return col >= 0.0 && col <= grid.width && row >= 0.0 && row <= grid.height;
 }
 
+/// Of 0 to 2^31: as std::lround, which is a call into the library, but for the one number below a half.
+std::uint32_t rounded(double v) {
+  return static_cast<std::uint32_t>(static_cast<std::int32_t>(v + 0.5));
+}
+
 /// The four pixels around a place: the upper left one and the place between their middles, in [0, 1).
 struct Between {
   int col;
@@ -47,48 +52,47 @@ float meanOfKnown(const std::array<float, 4>& v, const std::array<double, 4>& we
 
 /// Light of several pixels, weighted with area and coverage.
 struct Light {
+  ColourTables tables;
   double r = 0.0, g = 0.0, b = 0.0;
   double coverage = 0.0;  ///< sum of weight * alpha
 
   void add(const Rgba8& p, double weight) {
     const double w = weight * p.a;
-    r += w * linearFromSrgb(p.r);
-    g += w * linearFromSrgb(p.g);
-    b += w * linearFromSrgb(p.b);
+    r += w * tables.linear[p.r];
+    g += w * tables.linear[p.g];
+    b += w * tables.linear[p.b];
     coverage += w;
   }
   /// `whole`: the weight that full coverage would have had.
   Rgba8 colour(double whole) const {
-    const auto byte = [this](double sum) {
-      return srgbFromLinear(static_cast<std::uint16_t>(std::lround(sum / coverage)));
-    };
-    const auto alpha = static_cast<std::uint8_t>(std::lround(std::min(coverage / whole, 255.0)));
+    const auto byte = [this](double sum) { return tables.srgb[rounded(sum / coverage)]; };
+    const auto alpha = static_cast<std::uint8_t>(rounded(std::min(coverage / whole, 255.0)));
     return {byte(r), byte(g), byte(b), alpha};
   }
 };
 
 /// Weights that add up to 65536, of a place rounded to 1/256 pixel.
 std::array<std::uint32_t, 4> wholeWeights(double s, double t) {
-  const auto right = static_cast<std::uint32_t>(std::lround(s * 256.0));
-  const auto lower = static_cast<std::uint32_t>(std::lround(t * 256.0));
+  const auto right = rounded(s * 256.0);
+  const auto lower = rounded(t * 256.0);
   return {(256 - right) * (256 - lower), right * (256 - lower), (256 - right) * lower, right * lower};
 }
 
-Rgba8 opaqueMean(const std::array<Rgba8, 4>& p, double s, double t) {
+Rgba8 opaqueMean(const ColourTables& tables, const std::array<Rgba8, 4>& p, double s, double t) {
   const auto w = wholeWeights(s, t);
-  const auto mean = [&w](std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d) {
-    const std::uint32_t sum = w[0] * linearFromSrgb(a) + w[1] * linearFromSrgb(b) + w[2] * linearFromSrgb(c) +
-                              w[3] * linearFromSrgb(d) + 32768u;
-    return srgbFromLinear(static_cast<std::uint16_t>(sum >> 16u));
+  const auto mean = [&](std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d) {
+    const std::uint32_t sum =
+        w[0] * tables.linear[a] + w[1] * tables.linear[b] + w[2] * tables.linear[c] + w[3] * tables.linear[d] + 32768u;
+    return tables.srgb[sum >> 16u];
   };
   return {mean(p[0].r, p[1].r, p[2].r, p[3].r), mean(p[0].g, p[1].g, p[2].g, p[3].g),
           mean(p[0].b, p[1].b, p[2].b, p[3].b), 255};
 }
 
-Rgba8 partlyCoveredMean(const std::array<Rgba8, 4>& p, const Between& place) {
+Rgba8 partlyCoveredMean(const ColourTables& tables, const std::array<Rgba8, 4>& p, const Between& place) {
   if (p[place.nearest()].a == 0) return {};
   const auto weights = place.weights();
-  Light light;
+  Light light{.tables = tables};
   double known = 0.0;
   for (std::size_t i = 0; i < p.size(); ++i) {
     if (p[i].a == 0) continue;
@@ -139,15 +143,16 @@ bool meanHeights(PixelStore<float>& store, const PixelPlaces& places, std::span<
 
 bool bilinearColours(PixelStore<Rgba8>& store, const PixelPlaces& places, std::span<Rgba8> out) {
   const GridTopology grid = store.levels().front();
+  const ColourTables tables = colourTables();
   std::array<Rgba8, 4> p{};
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!isInside(grid, places.col[i], places.row[i])) continue;
     const Between place = between(places.col[i], places.row[i]);
     if (!store.quad(place.col, place.row, p)) return false;
     if ((p[0].a & p[1].a & p[2].a & p[3].a) == 255) {
-      out[i] = opaqueMean(p, place.s, place.t);
+      out[i] = opaqueMean(tables, p, place.s, place.t);
     } else {
-      out[i] = over(partlyCoveredMean(p, place), out[i]);
+      out[i] = over(partlyCoveredMean(tables, p, place), out[i]);
     }
   }
   return true;
@@ -155,10 +160,11 @@ bool bilinearColours(PixelStore<Rgba8>& store, const PixelPlaces& places, std::s
 
 bool meanColours(PixelStore<Rgba8>& store, const PixelPlaces& places, std::span<Rgba8> out) {
   const GridTopology grid = store.levels().front();
+  const ColourTables tables = colourTables();
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (!isInside(grid, places.col[i], places.row[i])) continue;
     const PixelBox box = boxAround(places.col[i], places.row[i], places.width[i], places.height[i]);
-    Light light;
+    Light light{.tables = tables};
     const auto whole = visitBox(store, box, [&](const Rgba8& p, double area) { light.add(p, area); });
     if (!whole) return false;
     if (light.coverage > 0.0) out[i] = over(light.colour(*whole), out[i]);

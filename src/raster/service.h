@@ -20,6 +20,7 @@ struct ServiceLayer {
   std::string time;       ///< ISO 8601
   std::string matrixSet;  ///< WMTS
   std::string encoding;   ///< elevation: band, terrarium, mapbox, centimetre
+  std::string byteOrder;  ///< of raw heights (BIL): little, big
   std::string attribution;
   std::optional<double> scale, offset_m, nodata;        ///< elevation
   std::optional<double> levelZero_degrees;              ///< World Wind: side of a tile of level 0

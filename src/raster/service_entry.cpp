@@ -12,8 +12,10 @@ namespace tellurion::raster {
 namespace {
 
 /// The best first. Names as servers have them, without parameters.
-constexpr std::array kImageryFormats = {"image/png",  "image/png8", "image/webp",
-                                        "image/jpeg", "image/tiff", "image/geotiff"};
+constexpr std::array kImageryFormats = {"image/png",  "image/png8",    "image/webp", "image/jpeg",
+                                        "image/tiff", "image/geotiff", "image/gif"};
+/// What no height in a colour survives: few colours, or others.
+constexpr std::array kLossyFormats = {"image/jpeg", "image/png8", "image/gif"};
 constexpr std::array kHeightFormats = {"image/tiff",        "image/geotiff",     "image/tiff16",
                                        "application/bil32", "application/bil16", "application/bil",
                                        "image/bil",         "image/png16",       "image/png"};
@@ -48,6 +50,12 @@ io::Result<HeightEncoding> heightEncoding(const ServiceLayer& layer) {
   heights.scale = layer.scale.value_or(1.0);
   heights.offset_m = layer.offset_m.value_or(0.0);
   heights.nodata = layer.nodata;
+  if (layer.byteOrder == "big") {
+    heights.bigEndian = true;
+  } else if (!layer.byteOrder.empty() && layer.byteOrder != "little") {
+    return io::fail(io::Failure::Code::invalidArgument,
+                    fmt::format("there is no byte order '{}'; there are little and big", layer.byteOrder));
+  }
   const std::vector<std::string> names = {"band", "terrarium", "mapbox", "centimetre"};
   constexpr std::array kKinds = {HeightEncoding::Kind::band, HeightEncoding::Kind::terrarium,
                                  HeightEncoding::Kind::mapboxRgb, HeightEncoding::Kind::centimetreRgb};
@@ -82,7 +90,8 @@ io::Result<std::string> chooseFormat(const ServiceLayer& layer, Kind kind, std::
   if (offered.empty()) return std::string(wantsHeights ? "image/tiff" : "image/png");
   for (const char* format : wanted) {
     const std::string* found = findFormat(format, offered);
-    const bool lossy = found != nullptr && kind == Kind::elevation && lowered(*found).find("jp") != std::string::npos;
+    const bool lossy =
+        kind == Kind::elevation && std::ranges::find(kLossyFormats, std::string_view(format)) != kLossyFormats.end();
     if (found != nullptr && !lossy) return *found;
   }
   return io::fail(io::Failure::Code::unsupported,

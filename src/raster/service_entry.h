@@ -14,7 +14,8 @@
 /// What a scene's entry means to every protocol.
 namespace tellurion::raster {
 
-/// By the entry's encoding, scale, offset and nodata. Fails on an encoding that there is not, naming those there are.
+/// By the entry's encoding, scale, offset, nodata and byte order. Fails on an encoding or order that there is not,
+/// naming those there are.
 io::Result<HeightEncoding> heightEncoding(const ServiceLayer& layer);
 
 /// The entry's bounds, else the server's, else the whole body. West beyond east crosses the date line.

@@ -52,6 +52,9 @@ LayerOffer offerOf(const WmsCapabilities& capabilities, const WmsLayer& own) {
   }
   offer.box_degrees = layer.lonLatBox_degrees;
   offer.attribution = layer.attribution;
+  offer.onlyWhole = layer.noSubsets;
+  offer.fixedWidth = layer.fixedWidth;
+  offer.fixedHeight = layer.fixedHeight;
   return offer;
 }
 

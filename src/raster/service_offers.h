@@ -25,6 +25,9 @@ struct LayerOffer {
   std::string defaultTime;                           ///< empty: none is stated
   std::optional<std::array<double, 4>> box_degrees;  ///< west, south, east, north
   std::string attribution;
+  bool onlyWhole = false;  ///< WMS: the server gives one map of all of it, no parts
+  int fixedWidth = 0;      ///< WMS: pixels of every map of it; 0: any
+  int fixedHeight = 0;
   ServiceLayer entry;  ///< opens it
 };
 

@@ -20,6 +20,7 @@ using Code = io::Failure::Code;
 constexpr int kImagePixels = 512;
 constexpr int kFinestLevel = 22;  // a pixel of 9 mm on the Earth
 constexpr double kStandardPixel_m = 0.00028;
+constexpr int kMostPixels = 4096;  // a side
 
 std::vector<std::string> partsOf(std::string_view list) {
   std::vector<std::string> parts;
@@ -47,6 +48,9 @@ struct Drawn {
 
 void unite(const WmsLayer& other, WmsLayer& merged) {
   merged.opaque = merged.opaque || other.opaque;
+  merged.noSubsets = merged.noSubsets || other.noSubsets;
+  if (merged.fixedWidth == 0) merged.fixedWidth = other.fixedWidth;
+  if (merged.fixedHeight == 0) merged.fixedHeight = other.fixedHeight;
   if (!merged.lonLatBox_degrees || !other.lonLatBox_degrees) {
     merged.lonLatBox_degrees.reset();
     return;
@@ -76,10 +80,6 @@ io::Result<Drawn> findLayers(const WmsCapabilities& capabilities, const std::str
   drawn.merged = drawn.each[0];
   for (std::size_t i = 1; i < drawn.each.size(); ++i)
     unite(drawn.each[i], drawn.merged);
-  if (drawn.merged.noSubsets || drawn.merged.fixedWidth > 0 || drawn.merged.fixedHeight > 0) {
-    return io::fail(Code::unsupported,
-                    fmt::format("the server gives layer '{}' only whole or at one size, never a part of it", wanted));
-  }
   return drawn;
 }
 
@@ -167,33 +167,73 @@ io::Result<std::string> chooseVersion(const WmsCapabilities& capabilities, const
 /// The box of what is asked for in the plane: the server's own in this reference when there is one, else projected.
 std::optional<PlaneBox> layerBox(const WmsLayer& layer, const ChosenReference& chosen, bool northFirst,
                                  const GridService& service, bool ownBounds) {
-  if (!ownBounds && service.plane.kind == MapPlane::Kind::other) {
+  // Of a map that is given whole, the box is the map's, and so to the last digit.
+  if (layer.noSubsets || (!ownBounds && service.plane.kind == MapPlane::Kind::other)) {
     for (const WmsBox& box : layer.boxes) {
       if (referenceName(box.crs) != chosen.reference.name) continue;
+      const double scale = chosen.reference.planePerUnit;
       const auto& [a, b, c, d] = box.values;
-      return northFirst ? PlaneBox{b, a, d, c} : PlaneBox{a, b, c, d};
+      return northFirst ? PlaneBox{b * scale, a * scale, d * scale, c * scale}
+                        : PlaneBox{a * scale, b * scale, c * scale, d * scale};
     }
+  }
+  if (layer.noSubsets && layer.lonLatBox_degrees && service.plane.kind == MapPlane::Kind::lonLat) {
+    const auto& [west, south, east, north] = *layer.lonLatBox_degrees;
+    return PlaneBox{west, south, east, north};
   }
   return planeBox(service.plane, service.bounds, service.body);
 }
 
-int imagePixels(const WmsCapabilities& capabilities, const ServiceLayer& entry) {
+struct ImagePixels {
+  int width = 0;
+  int height = 0;
+};
+
+/// Of images in a grid.
+ImagePixels gridPixels(const WmsCapabilities& capabilities, const WmsLayer& layer, const ServiceLayer& entry) {
   int pixels = entry.tilePixels.value_or(kImagePixels);
   for (const int most : {capabilities.maxWidth, capabilities.maxHeight})
     if (most > 0 && most < pixels) pixels = static_cast<int>(std::bit_floor(static_cast<unsigned>(most)));
-  return pixels;
+  return {layer.fixedWidth > 0 ? layer.fixedWidth : pixels, layer.fixedHeight > 0 ? layer.fixedHeight : pixels};
+}
+
+/// Of the one image of a map that is given whole: the server's size, else as large as may be, in the shape of its box.
+ImagePixels wholePixels(const WmsCapabilities& capabilities, const WmsLayer& layer, const ServiceLayer& entry,
+                        const PlaneBox& box) {
+  const auto most = [&](int ofServer) {
+    const int pixels = entry.tilePixels.value_or(kMostPixels);
+    return static_cast<double>(ofServer > 0 ? std::min(ofServer, pixels) : pixels);
+  };
+  const double shape = (box.right - box.left) / (box.top - box.bottom);
+  const double width = std::min(most(capabilities.maxWidth), most(capabilities.maxHeight) * shape);
+  const auto whole = [](double pixels) { return std::max(1, static_cast<int>(std::floor(pixels + 1e-6))); };
+  return {layer.fixedWidth > 0 ? layer.fixedWidth : whole(width),
+          layer.fixedHeight > 0 ? layer.fixedHeight : whole(width / shape)};
+}
+
+GridLevel wholeLevel(const PlaneBox& box, const ImagePixels& pixels) {
+  GridLevel level{.left = box.left,
+                  .top = box.top,
+                  .pixelWidth = (box.right - box.left) / pixels.width,
+                  .pixelHeight = (box.top - box.bottom) / pixels.height,
+                  .imageWidth = pixels.width,
+                  .imageHeight = pixels.height};
+  level.columns = level.endColumn = level.rows = level.endRow = 1;
+  return level;
 }
 
 /// The levels that the scale limits allow and the box touches.
 std::vector<GridLevel> levelsFor(const WmsLayer& layer, const ServiceLayer& entry, const ChosenReference& chosen,
-                                 const DoublingGrid& grid, const PlaneBox& box, int pixels) {
+                                 const DoublingGrid& grid, const PlaneBox& box, const ImagePixels& pixels) {
   constexpr double kSlack = 1.0 + 1e-6;
   const auto pixelAt = [&](double denominator) {
     return denominator * kStandardPixel_m / chosen.reference.metresPerUnit * chosen.reference.planePerUnit;
   };
   std::vector<GridLevel> levels;
   for (int i = entry.minLevel.value_or(0); i <= entry.maxLevel.value_or(kFinestLevel); ++i) {
-    GridLevel level = levelOf(grid, i, pixels);
+    GridLevel level = levelOf(grid, i, pixels.width);
+    level.pixelHeight *= static_cast<double>(pixels.width) / pixels.height;
+    level.imageHeight = pixels.height;
     const bool tooCoarse = layer.maxScaleDenominator && level.pixelWidth > pixelAt(*layer.maxScaleDenominator) * kSlack;
     const bool tooFine = layer.minScaleDenominator && level.pixelWidth * kSlack < pixelAt(*layer.minScaleDenominator);
     if (tooCoarse || (tooFine && !levels.empty())) continue;
@@ -219,6 +259,7 @@ struct Plan {
   std::vector<GridLevel> levels;
   bool northFirst = false;
   double unitsPerPlane = 1.0;
+  std::optional<PlaneBox> whole;  ///< all that is ever asked for
   ExpectedImage expected;
 };
 
@@ -233,21 +274,27 @@ io::ResourceRequest requestFor(const Plan& plan, const GridImageId& id) {
   const auto y = [&](std::int64_t row) {
     return plainNumber((level.top - static_cast<double>(row) * height) * plan.unitsPerPlane);
   };
+  const auto edge = [&](double at) { return plainNumber(at * plan.unitsPerPlane); };
   const std::string left = x(id.column);
-  const std::string right = x(id.column + 1);
+  const std::string right = plan.whole ? edge(plan.whole->right) : x(id.column + 1);
   const std::string top = y(id.row);
-  const std::string bottom = y(id.row + 1);
+  const std::string bottom = plan.whole ? edge(plan.whole->bottom) : y(id.row + 1);
   const std::string box = plan.northFirst ? fmt::format("{},{},{},{}", bottom, left, top, right)
                                           : fmt::format("{},{},{},{}", left, bottom, right, top);
   return imageRequest(plan.url + "&BBOX=" + box, plan.dataset, plan.expected);
 }
 
 QueryItems fixedItems(const std::string& version, const std::string& layers, const std::string& styles,
-                      const std::string& crs, int pixels, const std::string& format, Kind kind) {
-  const std::string side = std::to_string(pixels);
-  QueryItems items = {{"SERVICE", "WMS"}, {"VERSION", version}, {"REQUEST", "GetMap"},
-                      {"LAYERS", layers}, {"STYLES", styles},   {version == "1.3.0" ? "CRS" : "SRS", crs},
-                      {"WIDTH", side},    {"HEIGHT", side},     {"FORMAT", format}};
+                      const std::string& crs, const ImagePixels& pixels, const std::string& format, Kind kind) {
+  QueryItems items = {{"SERVICE", "WMS"},
+                      {"VERSION", version},
+                      {"REQUEST", "GetMap"},
+                      {"LAYERS", layers},
+                      {"STYLES", styles},
+                      {version == "1.3.0" ? "CRS" : "SRS", crs},
+                      {"WIDTH", std::to_string(pixels.width)},
+                      {"HEIGHT", std::to_string(pixels.height)},
+                      {"FORMAT", format}};
   const bool canBeTransparent = lowered(format).find("jp") == std::string::npos;
   if (kind == Kind::imagery) items.emplace_back("TRANSPARENT", canBeTransparent ? "TRUE" : "FALSE");
   return items;
@@ -272,9 +319,6 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
   auto heights = heightEncoding(entry);
   if (!heights) return tl::unexpected(heights.error());
 
-  const int pixels = imagePixels(capabilities, entry);
-  QueryItems items = fixedItems(*version, drawn->layers, *styles, chosen->asWritten, pixels, *format, kind);
-  items.insert(items.end(), dimensions->begin(), dimensions->end());
   const std::string advertised = capabilities.getMapUrl.empty() ? source : resolvedUrl(source, capabilities.getMapUrl);
 
   GridService service;
@@ -297,17 +341,33 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
                                                    "(crs)",
                                                    drawn->layers, chosen->asWritten));
   }
-  const DoublingGrid grid = doublingGrid(service.plane, *box, body);
-  service.levels = plan.levels = levelsFor(drawn->merged, entry, *chosen, grid, *box, pixels);
+  const bool isWhole = drawn->merged.noSubsets;
+  const ImagePixels pixels =
+      isWhole ? wholePixels(capabilities, drawn->merged, entry, *box) : gridPixels(capabilities, drawn->merged, entry);
+  if (pixels.width > kMostPixels || pixels.height > kMostPixels) {
+    return io::fail(Code::unsupported,
+                    fmt::format("the server gives layer '{}' as images of {} x {} pixels only; at most {} a side are "
+                                "read",
+                                drawn->layers, pixels.width, pixels.height, kMostPixels));
+  }
+  if (isWhole) {
+    plan.whole = *box;
+    service.levels = plan.levels = {wholeLevel(*box, pixels)};
+  } else {
+    const DoublingGrid grid = doublingGrid(service.plane, *box, body);
+    service.levels = plan.levels = levelsFor(drawn->merged, entry, *chosen, grid, *box, pixels);
+  }
   if (service.levels.empty()) {
     return io::fail(Code::unsupported, fmt::format("layer '{}' has no level within its scale limits, its box and "
                                                    "min_level, max_level",
                                                    drawn->layers));
   }
+  QueryItems items = fixedItems(*version, drawn->layers, *styles, chosen->asWritten, pixels, *format, kind);
+  items.insert(items.end(), dimensions->begin(), dimensions->end());
   plan.url = withQuery(withCredentialsOf(source, advertised), items);
   plan.dataset = service.name;
   plan.unitsPerPlane = 1.0 / chosen->reference.planePerUnit;
-  plan.expected = {kind, pixels, pixels, rawSampleBytes(*format), false};
+  plan.expected = {kind, pixels.width, pixels.height, rawSampleBytes(*format), false};
   service.request = [shared = std::make_shared<const Plan>(std::move(plan))](const GridImageId& id) {
     return requestFor(*shared, id);
   };

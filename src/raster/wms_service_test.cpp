@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "raster/service_entry.h"
 #include "raster/service_fixture_test.h"
 #include "raster/xml_document.h"
 
@@ -234,9 +235,89 @@ TEST(WmsService, SaysWhatThereIsInstead) {
             "maps are asked for in WMS 1.1.0, 1.1.1 and 1.3.0, not in '1.0.0'");
   EXPECT_EQ(told([](auto& e) { e.encoding = "terarium"; }),
             "there is no encoding 'terarium'; did you mean 'terrarium'?");
-  EXPECT_NE(refusalOf(served(document("1.3.0", "<Layer noSubsets='1'><Name>a</Name></Layer>"), entryOf("a")))
-                .find("only whole"),
-            std::string::npos);
+  EXPECT_EQ(told([](auto& e) { e.byteOrder = "middle"; }), "there is no byte order 'middle'; there are little and big");
+}
+
+std::string sizeOf(const std::string& url) {
+  return queryValue(url, "WIDTH").value_or("") + "x" + queryValue(url, "HEIGHT").value_or("");
+}
+
+/// A layer with these attributes and its box in longitude and latitude, and as it is.
+std::string limited(const std::string& attributes, const std::string& inside) {
+  return "<Layer " + attributes + "><Name>a</Name>" + inside + "</Layer>";
+}
+
+TEST(WmsService, MapsThatAreOnlyGivenWholeAreAskedForWhole) {
+  const std::string box =
+      "<CRS>EPSG:4326</CRS><EX_GeographicBoundingBox><westBoundLongitude>-179.95</"
+      "westBoundLongitude><eastBoundLongitude>"
+      "179.95</eastBoundLongitude><southBoundLatitude>-60.1</southBoundLatitude><northBoundLatitude>75.3"
+      "</northBoundLatitude></EX_GeographicBoundingBox>";
+  const auto fixed =
+      served(document("1.3.0", limited("noSubsets='1' fixedWidth='700' fixedHeight='300'", box)), entryOf("a"));
+  ASSERT_TRUE(fixed) << io::describe(fixed.error());
+  ASSERT_EQ(fixed->levels.size(), 1u);
+  const GridLevel& level = fixed->levels[0];
+  EXPECT_EQ(level.imageWidth, 700);
+  EXPECT_EQ(level.imageHeight, 300);
+  EXPECT_EQ(level.columns * level.rows, 1);
+  EXPECT_DOUBLE_EQ(level.left + 700 * level.pixelWidth, 179.95);
+  EXPECT_DOUBLE_EQ(level.top - 300 * level.pixelHeight, -60.1);
+  const std::string url = urlOf(*fixed, 0, 0, 0);
+  EXPECT_EQ(queryValue(url, "BBOX"), "-60.1,-179.95,75.3,179.95") << "to the digit, in the version's order";
+  EXPECT_EQ(sizeOf(url), "700x300");
+
+  // Of any size: as large as may be, in the shape of the box.
+  const auto free = served(document("1.3.0", limited("noSubsets='1'", box), "<MaxWidth>2000</MaxWidth>"), entryOf("a"));
+  ASSERT_TRUE(free);
+  EXPECT_EQ(free->levels[0].imageWidth, 2000);
+  EXPECT_NEAR(free->levels[0].imageHeight, 2000 * 135.4 / 359.9, 1.0);
+  ServiceLayer small = entryOf("a");
+  small.tilePixels = 256;
+  EXPECT_EQ(served(document("1.3.0", limited("noSubsets='1'", box)), small)->levels[0].imageWidth, 256);
+
+  // Its own box in the reference counts, not what we make of longitude and latitude.
+  const auto mercator = served(document("1.3.0", limited("noSubsets='1'",
+                                                         "<CRS>EPSG:3857</CRS><BoundingBox CRS='EPSG:3857' "
+                                                         "minx='-1000' miny='2000' maxx='3000' maxy='6000'/>")),
+                               entryOf("a"));
+  ASSERT_TRUE(mercator);
+  EXPECT_EQ(queryValue(urlOf(*mercator, 0, 0, 0), "BBOX"), "-1000,2000,3000,6000");
+  EXPECT_NE(
+      refusalOf(served(document("1.3.0", limited("noSubsets='1' fixedWidth='9000'", box)), entryOf("a"))).find("9000"),
+      std::string::npos);
+}
+
+TEST(WmsService, MapsOfOneSizeAreAskedForInThatSize) {
+  const auto found =
+      served(document("1.3.0", limited("fixedWidth='400' fixedHeight='200'", "<CRS>EPSG:4326</CRS>")), entryOf("a"));
+  ASSERT_TRUE(found);
+  for (int i = 0; i < 3; ++i) {
+    const GridLevel& level = found->levels[static_cast<std::size_t>(i)];
+    EXPECT_DOUBLE_EQ(level.pixelWidth * level.imageWidth, std::ldexp(180.0, -i));
+    EXPECT_DOUBLE_EQ(level.pixelHeight * level.imageHeight, std::ldexp(180.0, -i));
+    EXPECT_EQ(sizeOf(urlOf(*found, i, 0, 0)), "400x200");
+  }
+}
+
+TEST(WmsService, GifIsTheLastResort) {
+  const auto formatOf = [](const std::string& formats, Kind kind, const std::string& encoding = {}) {
+    ServiceLayer entry;
+    entry.encoding = encoding;
+    std::vector<std::string> offered;
+    for (std::size_t at = 0; at < formats.size(); at = formats.find(' ', at) + 1) {
+      offered.push_back(formats.substr(at, formats.find(' ', at) - at));
+      if (formats.find(' ', at) == formats.npos) break;
+    }
+    return chooseFormat(entry, kind, offered).value_or("none");
+  };
+  EXPECT_EQ(formatOf("image/gif image/jpeg", Kind::imagery), "image/jpeg");
+  EXPECT_EQ(formatOf("image/gif image/svg+xml", Kind::imagery), "image/gif");
+  EXPECT_EQ(formatOf("image/gif image/png", Kind::imagery), "image/png");
+  EXPECT_EQ(formatOf("image/gif image/jpeg", Kind::elevation), "none");
+  EXPECT_EQ(formatOf("image/gif image/png8", Kind::elevation, "terrarium"), "none") << "256 colours are no heights";
+  EXPECT_EQ(formatOf("image/png8 image/png", Kind::elevation, "mapbox"), "image/png");
+  EXPECT_EQ(formatOf("image/bil image/jpeg", Kind::elevation), "image/bil");
 }
 
 TEST(WmsService, SmallServersGetSmallImages) {

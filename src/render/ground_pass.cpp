@@ -99,7 +99,8 @@ void describeRecords(GLuint vao, GLuint buffer) {
 
 io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu) {
   const std::string_view blocks = isSoftwareRenderer() && !asOnAnyGpu ? shaders::blocks_software : shaders::blocks;
-  const std::string layers = std::string(blocks) + std::string(shaders::layers);
+  const std::string_view light = isSoftwareRenderer() ? shaders::exact_light_software : shaders::exact_light;
+  const std::string layers = std::string(blocks) + std::string(light) + std::string(shaders::layers);
   io::Result<void> fine;
   const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
     auto program = compileProgram(

@@ -29,6 +29,8 @@ int numberOf(BlendMode mode) {
       return shading::kScreen;
     case BlendMode::add:
       return shading::kAdd;
+    case BlendMode::overlay:
+      return shading::kOverlay;
   }
   return shading::kNormal;
 }

@@ -130,7 +130,7 @@ struct Frame {
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
   std::vector<DrawnPicture> pictures;  ///< of the tiles, and of those in `soon`, which follow each other
-  std::vector<LayerLook> looks;        ///< a layer each, bottom first
+  std::vector<LayerLook> looks;        ///< a layer each, as DrawnPicture::layer counts them
   std::vector<DrawnTile> soon;  ///< just outside the picture: not drawn, but to be kept on the GPU if there is room
   std::uint64_t soonCopies_bytes = 0;  ///< the most that may be copied of those now
   /// Nothing finer is wanted: all layers take part, all has come, none waits for its copy, all has faded in, and the

@@ -81,6 +81,7 @@ struct Globe::State {
   Clock::time_point pendingSince;                    ///< of next
   const Selection* nextCut = nullptr;                ///< of this update; null without next
   std::vector<std::string> imageryNames;
+  std::vector<std::uint32_t> imageryOrder;  ///< bottom first
   Frame frame;
   io::Executor executor;  ///< last: its workers use what stands above
 };
@@ -171,12 +172,12 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& make
                 .firstPicture = static_cast<std::uint32_t>(frame.pictures.size()),
                 .relief = content.relief,
                 .error_px = tile.error_px};
-  for (std::size_t i = 0; i < content.pictures.size(); ++i) {
-    const LayerPicture& picture = content.pictures[i];
-    if (!picture.image) continue;
-    frame.pictures.push_back({.image = picture.image,
-                              .window = windowIn(tile.id, picture.level, maker.colours.pixels(i), raster::kGutter),
-                              .layer = static_cast<std::uint32_t>(i)});
+  for (const std::uint32_t layer : imageryOrder) {
+    const LayerPicture* picture = layer < content.pictures.size() ? &content.pictures[layer] : nullptr;
+    if (picture == nullptr || !picture->image) continue;
+    frame.pictures.push_back({.image = picture->image,
+                              .window = windowIn(tile.id, picture->level, maker.colours.pixels(layer), raster::kGutter),
+                              .layer = layer});
     ++out.pictureCount;
   }
   if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
@@ -266,6 +267,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   auto state = std::make_unique<State>(scene, options);
   state->resources = layers.resources;
   for (const GlobeLayers::Imagery& layer : layers.imagery) {
+    state->imageryOrder.push_back(static_cast<std::uint32_t>(state->imageryOrder.size()));
     state->frame.looks.push_back(layer.look);
     const LayerSource& named = layer.steps.empty() ? layer.source : layer.steps.front().source;
     const std::string& source = named.open ? named.open->info().name : named.name;
@@ -295,6 +297,20 @@ std::span<LayerLook> Globe::imageryLooks() {
 }
 const std::vector<std::string>& Globe::imageryNames() const {
   return state_->imageryNames;
+}
+std::span<const std::uint32_t> Globe::imageryOrder() const {
+  return state_->imageryOrder;
+}
+void Globe::moveImagery(std::size_t layer, std::size_t place) {
+  std::vector<std::uint32_t>& order = state_->imageryOrder;
+  const auto from = std::ranges::find(order, layer);
+  if (from == order.end()) return;
+  const auto to = order.begin() + static_cast<std::ptrdiff_t>(std::min(place, order.size() - 1));
+  if (to < from) {
+    std::rotate(to, from, from + 1);
+  } else {
+    std::rotate(from, from + 1, to + 1);
+  }
 }
 double& Globe::exaggeration() {
   return state_->frame.exaggeration;

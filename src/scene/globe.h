@@ -64,6 +64,12 @@ class Globe {
   std::span<LayerLook> imageryLooks();
   /// For people, a layer each.
   const std::vector<std::string>& imageryNames() const;
+  /// In which order the imagery layers lie over each other, bottom first: indices of imageryLooks(), which stay as they
+  /// are; the scene's own order at first.
+  std::span<const std::uint32_t> imageryOrder() const;
+  /// Takes a layer out and puts it back with `place` others below it, at most on top of all. Counts from the next
+  /// update: nothing is loaded again and the same tiles are drawn. No effect for a layer that there is not.
+  void moveImagery(std::size_t layer, std::size_t place);
   /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first.
   /// May be changed at any time.
   double& exaggeration();
@@ -99,8 +105,8 @@ class Globe {
   /// What could not be loaded since the globe was opened, each once, and never will be: the first of them
   /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
-  /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked for
-  /// on the way to it, or are beside the picture.
+  /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked
+  /// for on the way to it, or are beside the picture.
   std::vector<io::Failure> failuresInFrame() const;
   /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
   std::vector<io::Failure> troubles() const;

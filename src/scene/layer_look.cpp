@@ -12,6 +12,8 @@ const char* nameOf(BlendMode mode) {
       return "screen";
     case BlendMode::add:
       return "add";
+    case BlendMode::overlay:
+      return "overlay";
   }
   return "normal";
 }

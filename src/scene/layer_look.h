@@ -12,8 +12,10 @@ enum class BlendMode {
   multiply,  ///< C G
   screen,    ///< 1 - (1 - C) (1 - G)
   add,       ///< C + G, at most 1
+  overlay,   ///< 2 C G where G is at most 1/2, else 1 - 2 (1 - C) (1 - G)
 };
-inline constexpr std::array kBlendModes{BlendMode::normal, BlendMode::multiply, BlendMode::screen, BlendMode::add};
+inline constexpr std::array kBlendModes{BlendMode::normal, BlendMode::multiply, BlendMode::screen, BlendMode::add,
+                                        BlendMode::overlay};
 
 /// As scene files name it.
 const char* nameOf(BlendMode mode);

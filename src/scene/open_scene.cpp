@@ -11,6 +11,7 @@
 #include "scene/layer_entry.h"
 #include "scene/layer_sources.h"
 #include "scene/scene_file.h"
+#include "scene/scene_setting.h"
 
 namespace tellurion::scene {
 namespace {
@@ -20,7 +21,7 @@ using Code = io::Failure::Code;
 
 constexpr std::uintmax_t kLargestSceneFile = 1u << 20;
 
-io::Result<Scene> readSceneFile(const std::string& path) {
+io::Result<Scene> readSceneFile(const std::string& path, std::span<const std::string> settings) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) return io::fail(Code::notFound, "there is no such scene file", path);
@@ -29,7 +30,7 @@ io::Result<Scene> readSceneFile(const std::string& path) {
   std::ostringstream text;
   text << file.rdbuf();
   if (!file) return io::fail(Code::ioError, "the scene file cannot be read", path);
-  return parseScene(text.str(), path);
+  return parseScene(text.str(), path, settings);
 }
 
 /// What a single source says about itself.
@@ -99,12 +100,27 @@ Scene sceneOf(const raster::ServiceLayer& service) {
   return scene;
 }
 
+/// The layers as a scene file has them, and what is set of them.
+io::Result<Scene> withSettings(Scene scene, std::span<const std::string> settings) {
+  if (settings.empty()) return scene;
+  std::string text;
+  for (const ElevationLayer& layer : scene.elevation)
+    text += fmt::format("[[elevation]]\nsource = {}\n", tomlText(layer.source));
+  for (const ImageryLayer& layer : scene.imagery) {
+    text += fmt::format("[[imagery]]\nsource = {}\n", tomlText(layer.source));
+    if (!layer.service.layer.empty()) text += fmt::format("layer = {}\n", tomlText(layer.service.layer));
+  }
+  scene.elevation.clear();
+  scene.imagery.clear();
+  return parseScene(text, {}, settings, std::move(scene));
+}
+
 }  // namespace
 
-io::Result<Scene> openScene(std::string_view argument) {
+io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings) {
   if (argument.empty()) return io::fail(Code::invalidArgument, "the scene has no name");
-  if (isServiceUrl(argument)) return sceneOf(serviceFromUrl(argument));
-  if (argument.ends_with(".toml")) return readSceneFile(std::string(argument));
+  if (isServiceUrl(argument)) return withSettings(sceneOf(serviceFromUrl(argument)), settings);
+  if (argument.ends_with(".toml")) return readSceneFile(std::string(argument), settings);
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);
   std::vector<SourceFacts> layers;
@@ -127,7 +143,7 @@ io::Result<Scene> openScene(std::string_view argument) {
       scene.imagery.push_back({.name = {}, .source = layer.path, .alsoFrom = {}, .look = {}});
     }
   }
-  return scene;
+  return withSettings(std::move(scene), settings);
 }
 
 }  // namespace tellurion::scene

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <vector>
 
 #include "raster/service_url.h"
 #include "raster/time_extent.h"
 #include "scene/layer_entry.h"
+#include "scene/scene_setting.h"
 
 namespace tellurion::scene {
 namespace {
@@ -21,10 +23,24 @@ using Code = io::Failure::Code;
 using Words = std::vector<std::string_view>;
 
 /// Of a layer that is a service, besides source and type.
-constexpr std::array<std::string_view, 17> kServiceKeys{
-    "layer",       "style",     "format",    "crs",    "version",    "time",
-    "matrix_set",  "encoding",  "scale",     "offset", "nodata",     "level_zero_degrees",
-    "tile_pixels", "min_level", "max_level", "bounds", "attribution"};
+constexpr std::array<std::string_view, 18> kServiceKeys{"layer",
+                                                        "style",
+                                                        "format",
+                                                        "crs",
+                                                        "version",
+                                                        "time",
+                                                        "matrix_set",
+                                                        "encoding",
+                                                        "byte_order",
+                                                        "scale",
+                                                        "offset",
+                                                        "nodata",
+                                                        "level_zero_degrees",
+                                                        "tile_pixels",
+                                                        "min_level",
+                                                        "max_level",
+                                                        "bounds",
+                                                        "attribution"};
 constexpr int kDeepestServiceLevel = 30;
 constexpr double kFastestClock = 1e11;     ///< scene seconds a second
 constexpr std::size_t kMostTimes = 10000;  ///< of a layer
@@ -39,10 +55,27 @@ class SceneReader {
  public:
   explicit SceneReader(const std::string& path) : path_(path), folder_(fs::path(path).parent_path()) {}
 
-  Scene read(const toml::table& root) const {
+  /// As if the file said so. Values are TOML; what is not, is a text.
+  void set(toml::table& root, const Setting& setting) {
+    toml::table* at = &root;
+    std::string_view list;
+    for (std::size_t i = 0; i + 1 < setting.path.size(); ++i) {
+      const std::string& key = setting.path[i];
+      toml::node* node = list.empty() ? at->get(key) : layerOf(*at, list, key, setting);
+      if (node == nullptr) node = &put(*at, key, "{}", setting);
+      list = list.empty() && node->is_array() ? std::string_view(key) : std::string_view();
+      if (!list.empty()) continue;
+      at = node->as_table();
+      if (at == nullptr) complainOf(setting, fmt::format("'{}' of the scene has nothing in it that could be set", key));
+    }
+    const std::string value = isPlainValue(setting.value) ? setting.value : tomlText(setting.value);
+    textsSet_[&put(*at, setting.path.back(), value, setting)] = setting.value;
+  }
+
+  /// base: what keys that are left out mean.
+  Scene read(const toml::table& root, Scene scene) const {
     allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "background", "clock"});
-    Scene scene;
-    scene.name = stringAt(root, "name").value_or(path_);
+    scene.name = stringAt(root, "name").value_or(scene.name.empty() ? path_ : scene.name);
     if (const auto* node = root.get("body")) scene.body = body(*node);
     if (const auto* node = root.get("tiling")) scene.tiling = tilingNamed(*node);
     for (const toml::table* layer : tablesAt(root, "elevation"))
@@ -56,11 +89,49 @@ class SceneReader {
   }
 
  private:
+  static std::string whereOf(const Setting& setting) { return "--set " + setting.written; }
+
+  [[noreturn]] static void complainOf(const Setting& setting, std::string message) {
+    throw Wrong{{.code = Code::invalidArgument, .message = std::move(message), .where = whereOf(setting)}};
+  }
+
+  toml::node* layerOf(toml::table& root, std::string_view list, std::string_view which, const Setting& setting) const {
+    std::vector<LayerNames> layers;
+    for (const toml::table* layer : tablesAt(root, list)) {
+      const auto text = [&](std::string_view key) { return (*layer)[key].value_or(std::string()); };
+      layers.push_back({.name = text("name"), .source = text("source"), .layer = text("layer")});
+      const bool isDerived = layers.back().name.empty() && layers.back().source.empty();
+      if (isDerived) layers.back().name = text("type");
+    }
+    const auto meant = layerMeant(which, layers);
+    if (!meant) complainOf(setting, meant.error().message);
+    return root.get(list)->as_array()->get(*meant);
+  }
+
+  /// What is put into the scene has the setting as its place, for messages.
+  static toml::node& put(toml::table& table, std::string_view key, const std::string& value, const Setting& setting) {
+    toml::table parsed = toml::parse("value = " + value, whereOf(setting));
+    const toml::key placed(key, toml::source_region(parsed.begin()->first.source()));
+    return parsed.get("value")->visit(
+        [&](auto& typed) -> toml::node& { return table.insert_or_assign(placed, std::move(typed)).first->second; });
+  }
+
+  static bool isPlainValue(const std::string& text) {
+    try {
+      const toml::table parsed = toml::parse("value = " + text);
+      const toml::node* value = parsed.size() == 1 ? parsed.get("value") : nullptr;
+      return value != nullptr && !value->is_date() && !value->is_date_time() && !value->is_time();
+    } catch (const toml::parse_error&) {
+      return false;
+    }
+  }
+
   [[noreturn]] void complain(const toml::source_region& at, std::string message,
                              Code code = Code::invalidArgument) const {
+    const bool isSet = at.path && *at.path != path_;
     throw Wrong{{.code = code,
                  .message = std::move(message),
-                 .where = fmt::format("{}:{}:{}", path_, at.begin.line, at.begin.column)}};
+                 .where = isSet ? *at.path : fmt::format("{}:{}:{}", path_, at.begin.line, at.begin.column)}};
   }
 
   void allow(const toml::table& table, const Words& keys) const {
@@ -92,8 +163,10 @@ class SceneReader {
   }
 
   std::string string(const toml::node& node, std::string_view key) const {
-    if (!node.is_string()) complain(node.source(), fmt::format("'{}' must be a text in quotes", key));
-    return node.as_string()->get();
+    if (node.is_string()) return node.as_string()->get();
+    const auto set = textsSet_.find(&node);
+    if (set == textsSet_.end()) complain(node.source(), fmt::format("'{}' must be a text in quotes", key));
+    return set->second;
   }
   std::optional<std::string> stringAt(const toml::table& table, std::string_view key) const {
     const toml::node* node = table.get(key);
@@ -236,6 +309,7 @@ class SceneReader {
     out.time = text("time");
     out.matrixSet = text("matrix_set");
     out.encoding = text("encoding");
+    out.byteOrder = text("byte_order");
     out.attribution = text("attribution");
     out.scale = real("scale", -1e9, 1e9);
     out.offset_m = real("offset", -1e9, 1e9);
@@ -446,7 +520,8 @@ class SceneReader {
       const std::string name = string(*node, "blend");
       const auto mode = blendModeByName(name);
       if (!mode)
-        complain(node->source(), fmt::format("no blend mode '{}'; allowed: normal, multiply, screen, add", name));
+        complain(node->source(),
+                 fmt::format("no blend mode '{}'; allowed: normal, multiply, screen, add, overlay", name));
       out.blend = *mode;
     }
     return out;
@@ -490,13 +565,22 @@ class SceneReader {
 
   std::string path_;
   fs::path folder_;
+  std::map<const toml::node*, std::string> textsSet_;  ///< what was set, as it is written: 101820 may be a colour
 };
 
 }  // namespace
 
-io::Result<Scene> parseScene(std::string_view text, const std::string& path) {
+io::Result<Scene> parseScene(std::string_view text, const std::string& path, std::span<const std::string> settings,
+                             Scene base) {
   try {
-    return SceneReader(path).read(toml::parse(text, path));
+    toml::table root = toml::parse(text, path);
+    SceneReader reader(path);
+    for (const std::string& written : settings) {
+      const auto setting = parseSetting(written);
+      if (!setting) return tl::unexpected(setting.error());
+      reader.set(root, *setting);
+    }
+    return reader.read(root, std::move(base));
   } catch (const toml::parse_error& e) {
     const auto at = e.source().begin;
     return io::fail(Code::invalidArgument, std::string(e.description()),

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -93,10 +94,13 @@ struct Scene {
 /// several of the last two joined by commas, bottom first; or of the URL of a service, "URL" or "URL#LAYER", which is
 /// imagery on Earth. Fails on unknown keys, wrong types and values (where:
 /// file:line:column, the message says what is allowed), on files that are not there, and on databases that do not agree
-/// on body and tiling.
-io::Result<Scene> openScene(std::string_view argument);
+/// on body and tiling. settings: values in place of what the scene file says, KEY=VALUE each (docs/scene-file.md); for
+/// all else the layers count as the lists of a scene file.
+io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings = {});
 
-/// The text of a scene file; `path` names it in failures and is what relative sources are relative to.
-io::Result<Scene> parseScene(std::string_view text, const std::string& path);
+/// The text of a scene file; `path` names it in failures and is what relative sources are relative to. base: what keys
+/// that are left out mean.
+io::Result<Scene> parseScene(std::string_view text, const std::string& path, std::span<const std::string> settings = {},
+                             Scene base = {});
 
 }  // namespace tellurion::scene

@@ -130,7 +130,7 @@ TEST_F(SceneFile, whatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nopacity = 1.5").find("from 0 to 1"), std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nopacity = nan").find("from 0 to 1"), std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nrole = \"sun\"").find("night_lights"), std::string::npos);
-  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nblend = \"burn\"").find("normal, multiply, screen, add"),
+  EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nblend = \"burn\"").find("normal, multiply, screen, add, overlay"),
             std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\ngamma = 0").find("from 0.1 to 10"), std::string::npos);
   EXPECT_NE(bad("[[imagery]]\nsource = \"a.tdb\"\nbrightness = -1").find("from 0 to 10"), std::string::npos);

@@ -16,11 +16,10 @@ using Picture = raster::Raster<Rgba8>;
 /// Colours are multiplied with coverage in linear light, so that what the GPU makes between a covered and an uncovered
 /// texel has the colour of the covered one.
 void premultiply(Picture& picture) {
+  const raster::ColourTables tables = raster::colourTables();
   for (Rgba8& p : picture.samples) {
     if (p.a == 255) continue;
-    const auto times = [&](std::uint8_t v) {
-      return raster::srgbFromLinear(static_cast<std::uint16_t>((raster::linearFromSrgb(v) * p.a + 127u) / 255u));
-    };
+    const auto times = [&](std::uint8_t v) { return tables.srgb[(tables.linear[v] * p.a + 127u) / 255u]; };
     p = {times(p.r), times(p.g), times(p.b), p.a};
   }
 }

@@ -25,3 +25,4 @@ const int kNormal = 0;
 const int kMultiply = 1;
 const int kScreen = 2;
 const int kAdd = 3;
+const int kOverlay = 4;

@@ -19,7 +19,8 @@ void main() {
                         : texelOf(at / kPlacesABlock, vec3(window.xy + window.zw * place, float(at % kPlacesABlock)),
                                   window.zw * alongX, window.zw * alongY);
 #ifdef ADJUSTED
-    texel.rgb = texel.a * adjusted(texel.rgb / max(texel.a, 1e-4), texelFetch(pictures, record + 2));
+    vec3 light = at < 0 ? texel.rgb : exactLight(texel.rgb);
+    texel.rgb = texel.a * adjusted(light / max(texel.a, 1e-4), texelFetch(pictures, record + 2));
 #endif
     ground = blended(ground, texel, int(look.w), look.y);
     lamps = max(lamps, texel.a * look.z);
