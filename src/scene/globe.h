@@ -37,8 +37,9 @@ struct GlobeOptions {
 using BuildSink = std::function<void(std::string_view what, double share)>;
 
 /// A planet on screen: keeps the tiles that the view needs, loaded by workers, and says for each view exactly what to
-/// draw. Layers whose source is on a network take part once it is open and its coarsest tiles have come; until then the
-/// globe is drawn without them. One thread only; owns its workers, and its destruction waits for what they have begun.
+/// draw. Layers whose source is on a network take part once it is open and the coarsest tiles have come: of elevation
+/// all, of imagery the first that may be seen, the others as they come; until then the globe is drawn without them. One
+/// thread only; owns its workers, and its destruction waits for what they have begun.
 class Globe {
  public:
   /// Opens the scene's sources; rasters are built into tile databases in the cache folder first
@@ -99,8 +100,8 @@ class Globe {
   /// What could not be loaded since the globe was opened, each once, and never will be: the first of them
   /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
-  /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked for
-  /// on the way to it, or are beside the picture.
+  /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked
+  /// for on the way to it, or are beside the picture.
   std::vector<io::Failure> failuresInFrame() const;
   /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
   std::vector<io::Failure> troubles() const;

@@ -12,7 +12,8 @@ namespace {
 
 using raster::TileSourceInfo;
 
-constexpr double kRootPriority = 1e9;  ///< before any tile that is only wanted finer
+constexpr double kRootPriority = 1e9;      ///< before any tile that is only wanted finer
+constexpr double kUnseenPriority = 1e-12;  ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
 constexpr std::size_t kMostOpening = 8;  ///< at a time
@@ -68,7 +69,11 @@ struct LayerRoster::Entry {
   State state = State::opening;
   bool isTold = false;  ///< maker() has it
   std::shared_ptr<LayerTiles> tiles;
-  std::vector<std::shared_ptr<TileFetch>> roots;
+  struct Root {
+    std::size_t root = 0;
+    std::shared_ptr<TileFetch> fetch;
+  };
+  std::vector<Root> roots;         ///< on their way, or held until contents are made of them
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
   struct Steps {
@@ -230,16 +235,28 @@ void LayerRoster::fetchRoots(Entry& entry) {
     const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
     if (entry.tiles->storedLevel(id) < 0) continue;
     auto fetch = fetches_.fetch(*entry.tiles, id, kRootPriority);
-    if (fetch) entry.roots.push_back(std::move(fetch));
+    if (fetch) entry.roots.push_back({.root = id.root, .fetch = std::move(fetch)});
   }
   if (entry.roots.empty()) entry.state = Entry::State::ready;
 }
 
-bool LayerRoster::rootsAreHere(const Entry& entry) {
-  return std::all_of(entry.roots.begin(), entry.roots.end(), [](const auto& root) { return root->isReady(); });
+/// Heights of all are needed for any.
+void LayerRoster::hurryRoots(Entry& entry, std::span<const double> rootShares) {
+  if (entry.kind == raster::Kind::elevation || rootShares.empty()) return;
+  for (const Entry::Root& root : entry.roots)
+    fetches_.hurry(*root.fetch, rootShares[root.root] > 0.0 ? kRootPriority * rootShares[root.root] : kUnseenPriority);
 }
 
-bool LayerRoster::advance(Clock::time_point now) {
+bool LayerRoster::mayTakePart(const Entry& entry, std::span<const double> rootShares) {
+  const auto isHere = [](const Entry::Root& root) { return root.fetch->isReady(); };
+  if (std::all_of(entry.roots.begin(), entry.roots.end(), isHere)) return true;
+  return entry.kind == raster::Kind::imagery && !rootShares.empty() &&
+         std::any_of(entry.roots.begin(), entry.roots.end(),
+                     [&](const Entry::Root& root) { return isHere(root) && rootShares[root.root] > 0.0; });
+}
+
+bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootShares) {
+  fetches_.beginPass();
   bool changed = false;
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
@@ -247,7 +264,10 @@ bool LayerRoster::advance(Clock::time_point now) {
         if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now);
         if (entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt) open(*entry);
       }
-      if (entry->state == Entry::State::fetching && rootsAreHere(*entry)) entry->state = Entry::State::ready;
+      if (entry->state == Entry::State::fetching) {
+        hurryRoots(*entry, rootShares);
+        if (mayTakePart(*entry, rootShares)) entry->state = Entry::State::ready;
+      }
       changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
     }
   }
