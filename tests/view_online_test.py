@@ -44,7 +44,7 @@ def test_a_wms_opens_by_its_url(program, display, work, source):
             viewer.wait_until_complete()
             assert len(wms.requests) > before, "closer, and nothing finer was asked for"
             maps = collections.Counter(query for query in wms.requests if "GetMap" in query)
-            assert max(maps.values()) == 1, "asked for twice"
+            assert max(maps.values()) == 1, f"asked for twice: {[query for query, count in maps.items() if count > 1]}"
         finally:
             viewer.end()
 

@@ -156,7 +156,7 @@ TEST(GridFetch, APreparedTileLoadsWithoutWaitingHoweverLittleMemoryThereIs) {
   };
   const tiling::Tiling tiling(tiling::Scheme::cube);
   const auto source = gridTileSource(service, tiling.scheme(), std::make_shared<io::Resources>(io::ResourceOptions{}),
-                                     {.memoryBytes = 150'000})
+                                     {.memoryBytes = 60'000, .tileCells = 32})
                           .value();
   auto random = geo::seededGenerator();
   int prepared = 0;

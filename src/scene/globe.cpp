@@ -154,13 +154,13 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
   if (next && next->rootsAreDrawable() && (isAsGood(*nextCut, *selection) || nextIsDue(now))) {
     show(std::move(next));
     selection = std::exchange(nextCut, nullptr);
-    roster->rootsAreMade();
   }
   // First who asks, then who lets go: what both need is not fetched again.
   Generation& asking = next ? *next : *shown;
   asking.ahead.look(viewAhead(view, cutOptions), cutOptions, asking.forest);
   asking.loading.request((next ? nextCut : selection)->wanted, asking.ahead.wanted(asking.forest));
   if (next) shown->loading.pause();
+  if (!next) roster->rootsAreMade();
   for (const auto& old : retired)
     old->loading.stop();
   return *selection;

@@ -135,7 +135,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
       wrong =
           io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
                       entry.source.open->info().name};
-    if (!wrong) roster->fetchRoots(entry);
+    if (!wrong) roster->fetchRoots(entry, {});
     return wrong;
   };
   for (std::size_t i = 0; i < layers.elevation.size(); ++i) {
@@ -203,7 +203,7 @@ void LayerRoster::open(Entry& entry) {
   });
 }
 
-void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
+void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares) {
   const auto slot = std::exchange(entry.opened, nullptr);
   if (!slot->source) {
     entry.trouble = slot->source.error();
@@ -224,16 +224,18 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
   } else {
     if (entry.steps)
       layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);
-    fetchRoots(entry);
+    fetchRoots(entry, rootShares);
   }
 }
 
-void LayerRoster::fetchRoots(Entry& entry) {
+/// Of imagery only those in sight, as far as that is known.
+void LayerRoster::fetchRoots(Entry& entry, std::span<const double> rootShares) {
   entry.tiles = std::make_shared<LayerTiles>(entry.source.open, layerBudgetBytes_, ledger_);
   entry.state = Entry::State::fetching;
   for (int root = 0; entry.tiles->tellsPresence() && root < tiling_.rootCount(); ++root) {
     const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
     if (entry.tiles->storedLevel(id) < 0) continue;
+    if (entry.kind == raster::Kind::imagery && !rootShares.empty() && !(rootShares[id.root] > 0.0)) continue;
     auto fetch = fetches_.fetch(*entry.tiles, id, kRootPriority);
     if (fetch) entry.roots.push_back({.root = id.root, .fetch = std::move(fetch)});
   }
@@ -261,7 +263,7 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
       if (entry->state == Entry::State::opening) {
-        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now);
+        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now, rootShares);
         if (entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt) open(*entry);
       }
       if (entry->state == Entry::State::fetching) {

@@ -65,8 +65,8 @@ class LayerRoster {
   void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
-  void takeOpened(Entry& entry, Clock::time_point now);
-  void fetchRoots(Entry& entry);
+  void takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  void fetchRoots(Entry& entry, std::span<const double> rootShares);
   void join(Entry& entry, ColourLayers::Layer& layer);
   void hurryRoots(Entry& entry, std::span<const double> rootShares);
   static bool mayTakePart(const Entry& entry, std::span<const double> rootShares);
