@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Figures of online data for docs/measurements.md, with servers of its own (the packages of tests/online_world.py).
 
-    bench/online.py PROGRAM WORK_DIR faults|line|flight [SECONDS]
+    bench/online.py PROGRAM WORK_DIR faults|line|flight [SECONDS] [FPS]
 
 faults: frame times of a flight over a healthy server and over one that fails in many ways. line: share of the pixels that are final, by time,
-at 2 Mbit/s. flight: SECONDS (600) over a WMS with small budgets: memory, disk, frame times.
+at 2 Mbit/s. flight: SECONDS (600) over a WMS with small budgets: memory, disk, frame times; FPS (30; 0: one frame after the other) is the beat of the screen. The
+WMS leaves the cores to the program, as one on another machine does.
 """
 import csv
 import json
@@ -42,9 +43,24 @@ def entry_of(proxy):
     return {"source": proxy.url + "/xyz/{z}/{x}/{y}.png", "max_level": FINEST}
 
 
-def percentiles(rows):
-    times = sorted(float(row["frame_ms"]) for row in rows)
+def percentiles(rows, column="frame_ms"):
+    times = sorted(float(row[column]) for row in rows)
     return statistics.median(times), times[min(len(times) - 1, int(0.99 * len(times)))]
+
+
+def intervals(rows):
+    """From the beginning of a frame to that of the next: what a person sees."""
+    starts = [float(row["time_s"]) for row in rows]
+    times = sorted(1000 * (after - before) for before, after in zip(starts, starts[1:]))
+    return statistics.median(times), times[min(len(times) - 1, int(0.99 * len(times)))]
+
+
+def slowest(rows):
+    """Of the slowest hundredth of the frames, and of all: the mean of each part."""
+    order = sorted(rows, key=lambda row: float(row["frame_ms"]))
+    some = order[-max(1, len(order) // 100):]
+    parts = ("frame_ms", "update_ms", "upload_ms", "upload_bytes", "triangles", "tiles_drawn")
+    return "; ".join(f"{part} {statistics.mean(float(r[part]) for r in some):.1f} of {statistics.mean(float(r[part]) for r in order):.1f}" for part in parts)
 
 
 def faults(program, work, seconds=30):
@@ -93,14 +109,14 @@ def resident(pid):
     return 0
 
 
-def flight(program, work, seconds=600):
+def flight(program, work, seconds=600, fps=30):
     gpu_mib, disk_mib = 96, 32
-    with map_servers.MapServer(work / "wms", {"bluemarble": map_servers.Layer(PICTURE)}) as wms:
+    with map_servers.MapServer(work / "wms", {"bluemarble": map_servers.Layer(PICTURE)}, nice=19) as wms:
         scene = online_world.scene_file(work / "scene.toml", [{"source": wms.url, "type": "wms", "layer": "bluemarble"}], light=True)
         path, rows = flight_path(work / "path.csv", seconds), work / "flight.csv"
         cache = work / "cache"
         process = online_world.Program(program, cache).start("bench", scene, "--path", path, "--size", SIZE, "--stats", rows, "--gpu-memory", gpu_mib,
-                                                            "--cache-mib", disk_mib, "--json")
+                                                            "--cache-mib", disk_mib, "--fps", fps, "--json")
         memory, disk = [], []
         while process.poll() is None:
             memory.append(resident(process.pid))
@@ -111,8 +127,11 @@ def flight(program, work, seconds=600):
         summary = json.loads(out)
         frames = list(csv.DictReader(rows.read_text().splitlines()))
         median, p99 = percentiles(frames)
+        seen, late = intervals(frames)
         third = len(memory) // 3
-        print(f"{seconds} s, {len(frames)} frames, {len(wms.requests)} requests to the WMS; frame median {median:.1f} ms, 99% {p99:.1f} ms, ratio {p99 / median:.2f}")
+        print(f"{seconds} s, {len(frames)} frames, {len(wms.requests)} requests to the WMS; frame median {median:.1f} ms, 99% {p99:.1f} ms, ratio {p99 / median:.2f}; "
+              f"from frame to frame median {seen:.1f} ms, 99% {late:.1f} ms, ratio {late / seen:.2f}")
+        print(f"the slowest hundredth, and all in the mean: {slowest(frames)}; update 99% / median {percentiles(frames, 'update_ms')[1] / percentiles(frames, 'update_ms')[0]:.1f}")
         print(f"resident at most {max(memory) / MEBI:.0f} MiB, in the first third {max(memory[:third + 1]) / MEBI:.0f}; GPU at most {summary['gpu_bytes_max'] / MEBI:.0f} of {gpu_mib} MiB; "
               f"decoded at most {summary['cpu_cache_bytes_max'] / MEBI:.0f} MiB; disk at most {max(disk) / MEBI:.1f} of {disk_mib} MiB")
 
@@ -124,7 +143,7 @@ def main():
     program, work, part = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve(), sys.argv[3]
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    {"faults": faults, "line": line, "flight": flight}[part](program, work, *map(int, sys.argv[4:5]))
+    {"faults": faults, "line": line, "flight": flight}[part](program, work, *map(int, sys.argv[4:]))
     return 0
 
 

@@ -131,6 +131,13 @@ class Bench(unittest.TestCase):
         fast = json.loads(self.bench("--quality", "auto", "--frame-ms", 10000, "--json"))
         self.assertEqual(fast["quality_min"], 1)
 
+    def test_frames_keep_the_beat(self):
+        frames = self.work / "beat.csv"
+        self.bench("--stats", frames, "--fps", 10)
+        beats = [int(10 * float(row["time_s"])) for row in csv.DictReader(frames.read_text().splitlines())]
+        self.assertEqual(len(beats), len(set(beats)), "two frames in one beat")
+        self.assertEqual(self.run_program("bench", self.database, "--path", self.path, "--fps", -1).returncode, 2)
+
     def test_uploads(self):
         def most(*more):
             frames = self.work / "uploads.csv"

@@ -121,9 +121,11 @@ def map_file(layers, url):
 
 
 class MapServer:
-    """MapServer as CGI behind an HTTP server of this process."""
+    """MapServer as CGI behind an HTTP server of this process. `nice`: by which it leaves the cores to the program under test, as
+    a server on another machine does."""
 
-    def __init__(self, work, layers):
+    def __init__(self, work, layers, nice=0):
+        self.nice = nice
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}/wms"
         self.requests = []  # query strings, in the order they came
@@ -134,7 +136,12 @@ class MapServer:
         self.configuration = work / "mapserver.conf"  # MapServer 8 runs with none of the machine's
         self.configuration.write_text('CONFIG\n  ENV\n    MS_MAP_PATTERN "."\n  END\nEND\n')
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", self.port), self._handler())
-        self.thread = threading.Thread(target=self.server.serve_forever, daemon=True)
+        self.thread = threading.Thread(target=self._serve, daemon=True)
+
+    def _serve(self):
+        # On Linux a thread's own; those that it starts, and their processes, inherit it.
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), min(19, os.getpriority(os.PRIO_PROCESS, 0) + self.nice))
+        self.server.serve_forever()
 
     def _handler(self):
         outer = self

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "app/bench_plot.h"
 #include "app/frame_figures.h"
@@ -24,6 +25,7 @@ struct Arguments {
   std::string path;
   std::string stats;
   std::string plot;
+  double fps = 0.0;  ///< frames begin no faster than that; 0: one after the other
   bool json = false;
 };
 
@@ -35,8 +37,9 @@ double percentile(const std::vector<double>& sorted, double percent) {
 
 /// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins. There is
 /// always a first frame, however early a stop is asked for.
-std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, const PictureArguments& picture,
+std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, const Arguments& arguments,
                                const std::stop_token& stop) {
+  const PictureArguments& picture = arguments.picture;
   using Clock = std::chrono::steady_clock;
   std::vector<FrameFigures> frames;
   ProgressLine line("playing");
@@ -58,6 +61,11 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
     frames.back().quality = quality;
     const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (picture.automaticQuality) quality = control.next(costOf(frames.back(), done_s));
+    if (arguments.fps > 0.0) {
+      // As on a screen: who misses a beat begins with the next.
+      const std::chrono::duration<double> beat((std::floor(done_s * arguments.fps) + 1.0) / arguments.fps);
+      std::this_thread::sleep_until(start + std::chrono::duration_cast<Clock::duration>(beat));
+    }
     line.show(static_cast<std::uint64_t>(now.count() * 1000),
               static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");
   }
@@ -166,7 +174,7 @@ io::Result<void> bench(const Arguments& arguments) {
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  const std::vector<FrameFigures> frames = play(*studio, *path, arguments.picture, interrupt.token());
+  const std::vector<FrameFigures> frames = play(*studio, *path, arguments, interrupt.token());
   const bool wasStopped = interrupt.token().stop_requested();
   if (wasStopped)
     fmt::print(stderr, "tellurion bench: stopped after {:.1f} of {:.1f} s\n", frames.back().time_s,
@@ -193,6 +201,9 @@ void addBench(CLI::App& program) {
   command->add_option(
       "--plot", arguments->plot,
       "An SVG to write: frame time, quality, missing tiles, tiles a level, triangles and GPU memory over time");
+  command
+      ->add_option("--fps", arguments->fps, "Frames begin at this rate at most, as on a screen; 0: one after the other")
+      ->check(between(0, 1000));
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n"

@@ -9,6 +9,8 @@
 #include <set>
 #include <utility>
 
+#include "io/thread_share.h"
+
 namespace tellurion::io {
 
 // All but `queue` is guarded by the queue's mutex. `work` is empty once the task has left the queue.
@@ -66,11 +68,14 @@ void Executor::Queue::run() {
     work();
 }
 
-Executor::Executor(int threads) : queue_(std::make_shared<Queue>()) {
+Executor::Executor(int threads, Share share) : queue_(std::make_shared<Queue>()) {
   const int count = threadsFor(threads);
   threads_.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
-    threads_.emplace_back([queue = queue_] { queue->run(); });
+    threads_.emplace_back([queue = queue_, share] {
+      if (share == Share::background) stepBack();
+      queue->run();
+    });
 }
 
 Executor::~Executor() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <thread>
@@ -11,8 +12,14 @@ namespace tellurion::io {
 /// Worker threads with one priority queue. Thread-safe. Destruction drops what has not begun and waits for what has.
 class Executor {
  public:
+  enum class Share : std::uint8_t {
+    equal,  ///< of the cores, as any thread of the program
+    /// Threads that somebody waits for at a screen go first where cores are short. As `equal` on systems that do not
+    /// tell threads of a program apart.
+    background,
+  };
   /// threads >= 1; 0 means one for each core but one, at least one.
-  explicit Executor(int threads = 0);
+  explicit Executor(int threads = 0, Share share = Share::equal);
   ~Executor();
   Executor(const Executor&) = delete;
   Executor& operator=(const Executor&) = delete;

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <limits>
@@ -58,6 +63,26 @@ TEST(Executor, HasAtLeastOneThread) {
   EXPECT_GE(Executor().threadCount(), 1);
   EXPECT_EQ(Executor(3).threadCount(), 3);
 }
+
+#ifdef __linux__
+TEST(Executor, workersInTheBackgroundAndOnlyTheyStepBack) {
+  const int before = getpriority(PRIO_PROCESS, 0);
+  const auto niceOfAWorker = [](Executor::Share share) {
+    Executor executor(1, share);
+    int nice = 0;
+    std::binary_semaphore done{0};
+    executor.submit(0.0, [&] {
+      nice = getpriority(PRIO_PROCESS, 0);
+      done.release();
+    });
+    done.acquire();
+    return nice;
+  };
+  EXPECT_EQ(niceOfAWorker(Executor::Share::equal), before);
+  EXPECT_EQ(niceOfAWorker(Executor::Share::background), std::min(before + 5, 19));
+  EXPECT_EQ(getpriority(PRIO_PROCESS, 0), before);
+}
+#endif
 
 TEST(Executor, RunsByPriorityThenByArrival) {
   Executor executor(1);

@@ -11,6 +11,7 @@
 
 #include "io/fetch_queue.h"
 #include "io/host_health.h"
+#include "io/slow_answers.h"
 #include "io/transfer.h"
 
 namespace tellurion::io {
@@ -81,13 +82,19 @@ class Fetcher::Loop {
 
   std::vector<Failure> troubles() const {
     const std::scoped_lock lock(mutex_);
-    return queue_.troubles(Clock::now());
+    std::vector<Failure> troubles = queue_.troubles(Clock::now());
+    for (Failure& slow : slowAnswers(open_, Clock::now())) {
+      if (std::ranges::find(troubles, slow.where, &Failure::where) == troubles.end())
+        troubles.push_back(std::move(slow));
+    }
+    return troubles;
   }
 
  private:
   struct Running {
     FetchJobPointer job;
     std::unique_ptr<Transfer> transfer;
+    SteadyTime start;
     SteadyTime windowStart;
     std::uint64_t windowBytes = 0;
     bool slow = false;
@@ -98,6 +105,7 @@ class Fetcher::Loop {
   void drop(RunningMap::iterator at);
   void dropCancelled();
   void startNext();
+  void noteOpen();
   bool takeEnded();
   void finish(Running ended, int curlCode);
   void settle(const FetchJobPointer& job, TransferEnd end);
@@ -110,6 +118,7 @@ class Fetcher::Loop {
   FetchQueue queue_;
   FetcherStatistics statistics_;
   std::vector<FetchJobPointer> cancelled_;
+  std::vector<OpenAnswer> open_;  ///< as they were in the loop's last turn
   bool stopping_ = false;
   RunningMap running_;
   std::thread thread_;
@@ -124,6 +133,7 @@ void Fetcher::Loop::run() {
       dropCancelled();
       givenUp = queue_.givenUp();
       startNext();
+      noteOpen();
     }
     for (const FetchJobPointer& job : givenUp)
       job->done(Fetched{.kind = Fetched::Kind::troubled});
@@ -170,7 +180,19 @@ void Fetcher::Loop::startNext() {
     ++places;
     ++statistics_.requests;
     curl_multi_add_handle(multi_, handle);
-    running_.emplace(handle, Running{.job = job, .transfer = std::move(transfer), .windowStart = now});
+    running_.emplace(handle, Running{.job = job, .transfer = std::move(transfer), .start = now, .windowStart = now});
+  }
+}
+
+// For troubles(), which other threads ask for.
+void Fetcher::Loop::noteOpen() {
+  open_.resize(running_.size());
+  auto open = open_.begin();
+  for (const auto& [handle, running] : running_) {
+    open->host = running.job->host->name;
+    open->since = running.start;
+    open->bytes = running.transfer->receivedBytes();
+    ++open;
   }
 }
 

@@ -93,7 +93,8 @@ class Resources {
   void cancelWaits();
 
   ResourceStatistics statistics() const;
-  /// What is wrong now, one for each host in trouble: which, why, since when, when it is asked again.
+  /// What is wrong now, one for each host in trouble: which, why, since when, when it is asked again; or that its
+  /// answers hardly come.
   std::vector<Failure> troubles() const;
 
  private:

@@ -25,6 +25,7 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
   std::mutex mutex;
   std::vector<io::Resources::Ticket> tickets;
   std::vector<std::shared_ptr<const Arrival>> held;
+  std::vector<std::shared_ptr<const void>> decoded;  ///< likewise
   std::unordered_set<GridImageId, GridImageIdHash> seen;
   std::size_t pending = 0;
   double priority = 0.0;
@@ -38,8 +39,9 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
       ids.pop_back();
       if (!seen.insert(id).second) continue;
       bool isThere = true;
-      if (const auto decoded = fetch->decoded_(id)) {
-        isThere = *decoded;
+      if (auto found = fetch->decoded_(id)) {
+        isThere = *found != nullptr;
+        decoded.push_back(std::move(*found));
       } else if (auto arrival = fetch->arrived(id)) {
         isThere = !isMissing(*arrival);
         held.push_back(std::move(arrival));

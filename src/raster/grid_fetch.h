@@ -18,16 +18,17 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
  public:
   /// What has come: bytes, null (there is none), or why none can come.
   using Arrival = io::Result<std::shared_ptr<const io::Resource>>;
-  /// Whether an image is at hand already, decoded: true, or false for "there is none"; nothing: it is not.
-  using Decoded = std::function<std::optional<bool>(const GridImageId&)>;
+  /// An image that is at hand already, decoded: it, or null for "there is none"; nothing: it is not. What is held stays
+  /// at hand.
+  using Decoded = std::function<std::optional<std::shared_ptr<const void>>(const GridImageId&)>;
   using MakeRequest = std::function<io::ResourceRequest(const GridImageId&)>;
 
   GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest request, std::shared_ptr<io::Resources> resources,
             Decoded decoded);
 
   /// Asks for images and for what stands in for missing ones. `ready` is called once, as TileSource::prepare has it,
-  /// when all have come. The result holds what has come, for arrived(). Null: all is at hand decoded, or in other
-  /// preparations (which hold it no longer than they live).
+  /// when all have come. The result holds what has come, for arrived(), and what was at hand decoded. Null: all is at
+  /// hand, decoded or in other preparations (which hold it no longer than they live).
   std::unique_ptr<Preparation> fetch(const std::vector<GridImageId>& ids, double priority, std::function<void()> ready);
   /// The same, waited for; the result holds it. Null: nothing to hold. Fails when the server is in trouble for too
   /// long.

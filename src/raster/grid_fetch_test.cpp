@@ -46,6 +46,22 @@ TEST(SharedCache, KeepsTheLatestWithinItsBudget) {
   EXPECT_FALSE(cache.find(10));
 }
 
+TEST(SharedCache, WhatSomebodyHoldsStays) {
+  Cache cache(10'000);
+  const auto get = [&](int key) {
+    return *cache.get(
+        key, [&] { return io::Result<Cache::Pointer>(boxed(key)); }, thousandBytes);
+  };
+  auto held = get(0);
+  for (int key = 1; key < 50; ++key)
+    get(key);
+  EXPECT_TRUE(cache.find(0));
+  held.reset();
+  get(50);
+  EXPECT_FALSE(cache.find(0));
+  EXPECT_LE(cache.bytes(), 10'000u);
+}
+
 TEST(SharedCache, FailuresAreNotKeptAndNullsAre) {
   Cache cache(10'000);
   int made = 0;
@@ -125,6 +141,39 @@ TEST(GridFetch, APreparedTileIsReadyOnceAndLoads) {
     EXPECT_EQ(source->prepare(id, 1.0, [] { ADD_FAILURE() << "nothing to wait for"; }), nullptr);
   }
   EXPECT_GT(prepared, 3);
+}
+
+/// Whatever is loaded meanwhile, and drives decoded images out of the memory.
+TEST(GridFetch, APreparedTileLoadsWithoutWaitingHoweverLittleMemoryThereIs) {
+  const ScratchFolder folder;
+  auto service = lonLatService(4);
+  service.kind = Kind::imagery;
+  writeImages(service, folder);
+  std::atomic<int> requests = 0;
+  service.request = [inner = service.request, &requests](const GridImageId& id) {
+    ++requests;
+    return inner(id);
+  };
+  const tiling::Tiling tiling(tiling::Scheme::cube);
+  const auto source = gridTileSource(service, tiling.scheme(), std::make_shared<io::Resources>(io::ResourceOptions{}),
+                                     {.memoryBytes = 60'000, .tileCells = 32})
+                          .value();
+  auto random = geo::seededGenerator();
+  int prepared = 0;
+  for (int i = 0; i < 40; ++i) {
+    const auto id = randomTile(random, tiling, 2);
+    std::atomic<int> ready = 0;
+    const auto preparation = source->prepare(id, 1.0, [&] { ++ready; });
+    if (!preparation) continue;
+    ++prepared;
+    ASSERT_TRUE(comes(ready, 1));
+    for (int other = 0; other < 4; ++other)
+      EXPECT_TRUE(source->load(randomTile(random, tiling, 2)));
+    const int before = requests;
+    EXPECT_TRUE(source->load(id));
+    EXPECT_EQ(requests, before) << "load asked for something that was prepared";
+  }
+  EXPECT_GT(prepared, 10);
 }
 
 TEST(GridFetch, DestroyedPreparationsCallNobody) {

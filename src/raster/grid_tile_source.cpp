@@ -64,10 +64,8 @@ class GridTileSource final : public TileSource {
         fetch_(std::make_shared<GridFetch>(
             geometry_, [service = service_](const GridImageId& id) { return service->request(id); },
             std::move(resources),
-            [cache = cache_](const GridImageId& id) -> std::optional<bool> {
-              const auto found = cache->find(id);
-              if (!found) return std::nullopt;
-              return *found != nullptr;
+            [cache = cache_](const GridImageId& id) -> std::optional<std::shared_ptr<const void>> {
+              return cache->find(id);
             })) {
     const GridService& s = service_->service;
     info_ = {.name = s.name,

@@ -13,9 +13,9 @@
 
 namespace tellurion::raster {
 
-/// Values that take time to make, kept by key up to a budget in bytes; the one unused for longest goes first. Who asks
-/// for what another thread is making waits for it. A null value is a value: there is nothing. Failures are not kept.
-/// Thread-safe.
+/// Values that take time to make, kept by key up to a budget in bytes; the one unused for longest goes first, but none
+/// that somebody holds, since that would free nothing. Who asks for what another thread is making waits for it. A null
+/// value is a value: there is nothing. Failures are not kept. Thread-safe.
 template <class Key, class Value, class Hash>
 class SharedCache {
  public:
@@ -75,11 +75,14 @@ class SharedCache {
     uses_.push_front(key);
     entries_[key] = Entry{.making = false, .value = value, .bytes = bytes, .use = uses_.begin()};
     bytes_ += bytes;
-    while (bytes_ > budget_ && !uses_.empty()) {
-      const auto oldest = entries_.find(uses_.back());
+    for (auto last = uses_.end(); bytes_ > budget_ && last != uses_.begin();) {
+      --last;
+      const auto oldest = entries_.find(*last);
+      // The one that was made just now is held by `value` at the least.
+      if (oldest->second.value.use_count() > (last == uses_.begin() ? 2 : 1)) continue;
       bytes_ -= oldest->second.bytes;
       entries_.erase(oldest);
-      uses_.pop_back();
+      last = uses_.erase(last);
     }
   }
 

@@ -67,6 +67,14 @@ struct Part {
   int nativeLevel = -1;  ///< the deepest of the data set
 };
 
+/// What a root shows until its tile is here.
+Part standInOf(LayerTiles& set, const tiling::TileId& id) {
+  Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
+  if (part.level < 0) return part;
+  part.tile = set.tellsPresence() ? set.kept(id) : set.held(id);
+  return part;
+}
+
 /// The nearest tile over `id` that can be had.
 Part nearestPart(LayerTiles& set, const tiling::TileId& id) {
   Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
@@ -107,8 +115,9 @@ Rgba8 lampOf(Rgba8 p) {
   return {0, 0, 0, static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0))};
 }
 
+template <class PartOf>
 LayerPicture pictureOf(const ColourLayers::Layer& layer, bool compress, const tiling::TileId& id,
-                       const LayerPicture* parent) {
+                       const LayerPicture* parent, const PartOf& partOf) {
   LayerPicture out;
   const CurrentStep::Now now = layer.step ? layer.step->now() : CurrentStep::Now{};
   if (parent != nullptr) out = {.image = parent->image, .level = parent->level, .edition = parent->edition};
@@ -119,7 +128,7 @@ LayerPicture pictureOf(const ColourLayers::Layer& layer, bool compress, const ti
   if (!mayBeOwn) return out;  // what is not looked at is not loaded
   std::vector<Part> parts;
   const auto look = [&](LayerTiles& set) {
-    Part part = nearestPart(set, id);
+    Part part = partOf(set, id);
     if (!part.tile) return;
     out.isOwn = out.isOwn || part.level == id.level;
     out.finerBelow = out.finerBelow || (part.level == id.level && part.tile->childMask != 0);
@@ -149,6 +158,7 @@ void addNeedsOf(const ColourLayers::Layer& layer, const tiling::TileId& id, std:
     const int level = set.storedLevel(id);
     mayBeOwn = mayBeOwn || level == id.level;
     addNeed(set, id, level, needs);
+    if (id.level == 0 && level == 0) needs.back().mayStandIn = true;
   };
   for (const auto& set : layer.sets)
     look(*set);
@@ -164,8 +174,20 @@ std::vector<LayerPicture> ColourLayers::pictures(const tiling::TileId& id, std::
   std::vector<LayerPicture> out;
   out.reserve(layers_.size());
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    out.push_back(pictureOf(layers_[i], compress_, id, i < parent.size() ? &parent[i] : nullptr));
+    out.push_back(pictureOf(layers_[i], compress_, id, i < parent.size() ? &parent[i] : nullptr, nearestPart));
   return out;
+}
+
+std::vector<LayerPicture> ColourLayers::standIns(const tiling::TileId& id) const {
+  std::vector<LayerPicture> out;
+  for (const Layer& layer : layers_)
+    out.push_back(pictureOf(layer, compress_, id, nullptr, standInOf));
+  return out;
+}
+
+bool ColourLayers::isBare() const {
+  return std::ranges::none_of(
+      layers_, [](const Layer& layer) { return !layer.sets.empty() || (layer.step && layer.step->now().tiles); });
 }
 
 void ColourLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const {
@@ -196,7 +218,7 @@ std::vector<LayerPicture> ColourLayers::renewed(const tiling::TileId& id, std::s
   std::vector<LayerPicture> out(pictures.begin(), pictures.end());
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (layers_[i].step && out[i].edition != layers_[i].step->now().edition)
-      out[i] = pictureOf(layers_[i], compress_, id, &over[i]);
+      out[i] = pictureOf(layers_[i], compress_, id, &over[i], nearestPart);
   }
   return out;
 }

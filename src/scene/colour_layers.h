@@ -37,6 +37,9 @@ class ColourLayers {
 
   /// Where a layer has no tile of its own, it is the picture of the parent, whose pictures are given (none: a root).
   std::vector<LayerPicture> pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const;
+  /// Of a root: its pictures, as far as they are here. Blocks while sources do that do not tell what they store.
+  std::vector<LayerPicture> standIns(const tiling::TileId& id) const;
+  bool isBare() const;  ///< no layer takes part
   /// What pictures() may load of sources that tell what they store. Never blocks.
   void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
 

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kMissingRoot = 1e9;
 constexpr double kUnseenRoot = 1e8;   ///< the horizon needs the depths that it tells: occluderDepth_m of select()
+constexpr double kNoPicture = 10.0;   ///< how much more what is not there at all counts than what is too coarse
 constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
@@ -43,7 +44,9 @@ class Growth {
         const auto& beside = node.facts->around[place];
         node.around[place] = beside ? beside->root : -1;
       }
+      out_.rootShares.push_back(node.seen ? shareOf(*node.facts) : 0.0);
       if (!node.facts->drawable) want(node.id, node.seen ? kMissingRoot : kUnseenRoot);
+      if (node.facts->isStandIn && node.seen) want(node.id, kNoPicture * shareOf(*node.facts));
     }
     refine();
   }
@@ -68,6 +71,7 @@ class Growth {
     forest_.nodes.clear();
     queue_.clear();
     costly_.clear();
+    out_.rootShares.clear();
     out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
     out_.cappedByBudget = false;
     copies_bytes_ = 0;
@@ -160,9 +164,8 @@ class Growth {
 
   /// What better ground in a tile's place adds to the picture: its area. How much too coarse the ground is does not
   /// count beyond that it is: what takes several levels to be fine takes as many times as many tiles.
-  double urgencyOf(const TileFacts& facts, double need) const {
-    return std::min(need, 1.0) * std::max(rules_.sight.share(facts), kLeastShare);
-  }
+  double urgencyOf(const TileFacts& facts, double need) const { return std::min(need, 1.0) * shareOf(facts); }
+  double shareOf(const TileFacts& facts) const { return std::max(rules_.sight.share(facts), kLeastShare); }
 
   /// The four children are there, or are asked for: with one urgency, since the last of them counts. Without a history,
   /// only those that may be seen have to be. `cause`: whose better ground they are for.
@@ -215,6 +218,10 @@ class Growth {
     // Else what is drawn finer now would vanish for a frame.
     atAnyCost = atAnyCost || stage_ == Stage::whole || at(node).before == Before::below;
     if (!at(node).facts->drawable || id.level >= tiling::kMaxLevel) return false;
+    if (at(node).facts->isStandIn) {
+      want(id, urgencyOf(*at(cause_).facts, priority));
+      return false;
+    }
     const TileChildren children = rules_.tree.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
     if (!areReady(id, children, at(node).inside, *at(cause_).facts, priority)) return false;

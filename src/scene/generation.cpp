@@ -10,7 +10,9 @@ const Selection& Generation::cut(const View& view, const CutOptions& options, do
   forest.begin(exaggeration, looks, gpu);
   loading.receive();
   const CutHistory* history = historyAt(options);
-  return selector_.select(view, options, forest.occluderDepth_m(), forest, history);
+  const Selection& selection = selector_.select(view, options, forest.occluderDepth_m(), forest, history);
+  rootShares_ = selection.rootShares;
+  return selection;
 }
 
 bool Generation::rootsAreDrawable() const {
@@ -19,6 +21,14 @@ bool Generation::rootsAreDrawable() const {
     if (record == nullptr || !record->drawable) return false;
   }
   return true;
+}
+
+bool Generation::lacksRoots() const {
+  for (std::size_t root = 0; root < rootShares_.size(); ++root) {
+    const TileRecord* record = forest.find({.level = 0, .root = static_cast<std::uint8_t>(root)});
+    if (rootShares_[root] > 0.0 && (record == nullptr || !record->drawable || record->isStandIn)) return true;
+  }
+  return false;
 }
 
 /// Updates at one time all start from what was drawn at the time before, so that the last of them, when all has come,

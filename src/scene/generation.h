@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "scene/select.h"
 #include "scene/tile_loading.h"
@@ -28,13 +29,18 @@ class Generation {
   /// Takes in what has been made and cuts. Valid until the next call.
   const Selection& cut(const View& view, const CutOptions& options, double exaggeration,
                        std::span<const LayerLook> looks, const Residency* gpu);
+  /// Of the last cut, as Selection has them; empty before the first.
+  std::span<const double> rootShares() const { return rootShares_; }
   /// All of them can be drawn, so the surface is whole.
   bool rootsAreDrawable() const;
+  /// Roots that may be seen still lack pictures.
+  bool lacksRoots() const;
 
  private:
   const CutHistory* historyAt(const CutOptions& options);
 
   Selector selector_;
+  std::vector<double> rootShares_;     ///< Selection's of the last cut
   std::array<CutMemory, 2> memories_;  ///< of the last time and of this one; which is which, history says
   CutHistory history_{.last = &memories_[0], .now = &memories_[1]};
   std::optional<double> time_s_;      ///< of memories' newer one

@@ -19,7 +19,8 @@ using Clock = std::chrono::steady_clock;
 /// Of the byte budget, what decoded source tiles may take; the rest is for meshes and textures.
 constexpr double kSourceShare = 0.25;
 
-/// A generation that has not all that its view needs takes the other's place after this time.
+/// A generation that has not all that its view needs takes the other's place after this time; a planet without any
+/// layer's at once.
 constexpr std::chrono::seconds kLongestPending{1};
 
 /// Failures that are kept: a server that lacks everything has one for each tile.
@@ -34,7 +35,7 @@ struct Globe::State {
         motion(scene.body.ellipsoid),
         lighting(scene.lighting),
         contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
-        executor(given.workers) {
+        executor(given.workers, io::Executor::Share::background) {
     frame.background = scene.background;
     frame.vertexGrid_m = vertexGrid_m(body.ellipsoid);
   }
@@ -51,6 +52,8 @@ struct Globe::State {
   void renewPictures(const Selection& selection, const Residency* gpu);
   void receive();
   std::optional<View> viewAhead(const View& view, const CutOptions& options);
+  bool isAsGood(const Selection& ofNext, const Selection& ofShown) const;
+  bool nextIsDue(Clock::time_point now) const;
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
   void evict();
   void fillFrame(const View& view, const Selection& selection);
@@ -125,31 +128,40 @@ std::optional<View> Globe::State::viewAhead(const View& view, const CutOptions& 
   return motion.ahead(kAhead_s);
 }
 
+/// The generation to come has all that its view needs, or draws no fewer tiles than what is shown.
+bool Globe::State::isAsGood(const Selection& ofNext, const Selection& ofShown) const {
+  if (ofNext.heldBack > 0) return false;
+  return ofNext.wanted.empty() || (!next->lacksRoots() && ofNext.drawn.size() >= ofShown.drawn.size());
+}
+
+/// Though it has not all that its view needs, the generation to come is better than what is shown.
+bool Globe::State::nextIsDue(Clock::time_point now) const {
+  if (!next || !next->rootsAreDrawable()) return false;
+  return shown->forest.maker().isBare() || (now - pendingSince >= kLongestPending && !next->lacksRoots());
+}
+
 /// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
 const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
   CutOptions cutOptions = asked;
   cutOptions.isNested = asked.isNested && roster->groundIsNested();
   const auto now = Clock::now();
-  if (roster->advance(now)) {
+  if (roster->advance(now, shown->rootShares())) {
     if (!next) pendingSince = now;
     if (next) retired.push_back(std::move(next));
     next = generation();
   }
   const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu);
   nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu) : nullptr;
-  if (nextCut != nullptr && next->rootsAreDrawable()) {
-    const bool isAsGood = nextCut->wanted.empty() && nextCut->heldBack == 0;
-    if (isAsGood || now - pendingSince >= kLongestPending) {
-      show(std::move(next));
-      selection = std::exchange(nextCut, nullptr);
-      roster->rootsAreMade();
-    }
+  if (next && next->rootsAreDrawable() && (isAsGood(*nextCut, *selection) || nextIsDue(now))) {
+    show(std::move(next));
+    selection = std::exchange(nextCut, nullptr);
   }
   // First who asks, then who lets go: what both need is not fetched again.
   Generation& asking = next ? *next : *shown;
   asking.ahead.look(viewAhead(view, cutOptions), cutOptions, asking.forest);
   asking.loading.request((next ? nextCut : selection)->wanted, asking.ahead.wanted(asking.forest));
   if (next) shown->loading.pause();
+  if (!next) roster->rootsAreMade();
   for (const auto& old : retired)
     old->loading.stop();
   return *selection;
@@ -277,7 +289,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
-  state->roster->advance(Clock::now());
+  state->roster->advance(Clock::now(), {});
   state->time_s = scene.clock.start_s;
   state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
@@ -380,8 +392,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
   State& s = *state_;
   const auto now = Clock::now();
-  const bool isOverdue = s.next && s.next->rootsAreDrawable() && now - s.pendingSince >= kLongestPending;
-  if (isOverdue || s.roster->isDue(now)) return true;
+  if (s.nextIsDue(now) || s.roster->isDue(now)) return true;
   const bool isComing = s.roster->stepsComing() > 0 || s.renewal->outOfDate() > 0 || !s.shown->loading.isIdle() ||
                         (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
   return isComing && s.bell.wait(timeout);

@@ -37,8 +37,9 @@ struct GlobeOptions {
 using BuildSink = std::function<void(std::string_view what, double share)>;
 
 /// A planet on screen: keeps the tiles that the view needs, loaded by workers, and says for each view exactly what to
-/// draw. Layers whose source is on a network take part once it is open and its coarsest tiles have come; until then the
-/// globe is drawn without them. One thread only; owns its workers, and its destruction waits for what they have begun.
+/// draw. Layers whose source is on a network take part once it is open and the coarsest tiles have come: of elevation
+/// all, of imagery the first that may be seen, the others as they come; until then the globe is drawn without them. One
+/// thread only; owns its workers, and its destruction waits for what they have begun.
 class Globe {
  public:
   /// Opens the scene's sources; rasters are built into tile databases in the cache folder first

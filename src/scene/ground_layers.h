@@ -67,6 +67,7 @@ class GroundLayers {
   /// is the first: all of them. Never blocks.
   void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;
   int cells() const { return cells_; }
+  bool isBare() const { return layers_.empty(); }  ///< there is none
 
  private:
   int storedLevel(const tiling::TileId& id) const;

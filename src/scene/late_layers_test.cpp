@@ -282,6 +282,38 @@ TEST_P(LateLayers, withAClockAFrameAtRestIsCompleteAtLast) {
   EXPECT_LT(framesWithAll, 2 * 8 * 0.3 / kFrame_s);
 }
 
+/// A root at a time, those in sight first; the far side not before it is looked at.
+TEST_P(LateLayers, imageryTakesPartWhereItsRootsAreHere) {
+  const View here = hillsView();
+  const View there = viewFrom(-46.6, -172.0, 60e3, 20, -35, kViewport);
+  const tiling::Tiling tiling(GetParam());
+  Remote colours(raster::Kind::imagery, GetParam());
+  const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  passed(*globe, here, 5);
+  colours.server->serve(1);
+  const Frame* frame = &passed(*globe, here);
+  EXPECT_EQ(frame->statistics.layersComing, 0);
+  EXPECT_TRUE(std::ranges::any_of(frame->tiles, [](const DrawnTile& tile) { return tile.pictureCount == 1; }));
+  EXPECT_FALSE(frame->complete);
+  completed(*globe, here, {colours.server}, 1);
+  const auto farRoot = static_cast<std::uint8_t>(tiling.rootPoint(geo::directionFromDegrees(-46.6, -172.0)).root);
+  EXPECT_EQ(colours.server->answered().count({.level = 0, .root = farRoot}), 0u);
+  // Turned round, the surface is whole all the same.
+  const auto places = placesIn(there);
+  for (int i = 0; i < 40; ++i) {
+    expectWhole(globe->update(there), tiling, places);
+    if (HasFatalFailure()) return;
+    if (i > 5) colours.server->serve(1);
+    globe->waitForArrivals(5ms);
+  }
+  const auto late = pictureOf(completed(*globe, there, {colours.server}));
+  EXPECT_EQ(colours.source->unpreparedLoads(), 0);
+  EXPECT_TRUE(globe->failures().empty());
+  expectAskedOnce(*colours.server);
+  const auto local = globeOf({.elevation = {}, .imagery = {{.source = colours.planet}}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, there, {})));
+}
+
 TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {
   Remote colours(raster::Kind::imagery, Scheme::cube, 9);
   const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}});

@@ -12,7 +12,8 @@ namespace {
 
 using raster::TileSourceInfo;
 
-constexpr double kRootPriority = 1e9;  ///< before any tile that is only wanted finer
+constexpr double kRootPriority = 1e9;      ///< before any tile that is only wanted finer
+constexpr double kUnseenPriority = 1e-12;  ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
 constexpr std::size_t kMostOpening = 8;  ///< at a time
@@ -68,7 +69,11 @@ struct LayerRoster::Entry {
   State state = State::opening;
   bool isTold = false;  ///< maker() has it
   std::shared_ptr<LayerTiles> tiles;
-  std::vector<std::shared_ptr<TileFetch>> roots;
+  struct Root {
+    std::size_t root = 0;
+    std::shared_ptr<TileFetch> fetch;
+  };
+  std::vector<Root> roots;         ///< on their way, or held until contents are made of them
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
   struct Steps {
@@ -130,7 +135,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
       wrong =
           io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
                       entry.source.open->info().name};
-    if (!wrong) roster->fetchRoots(entry);
+    if (!wrong) roster->fetchRoots(entry, {});
     return wrong;
   };
   for (std::size_t i = 0; i < layers.elevation.size(); ++i) {
@@ -198,7 +203,7 @@ void LayerRoster::open(Entry& entry) {
   });
 }
 
-void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
+void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares) {
   const auto slot = std::exchange(entry.opened, nullptr);
   if (!slot->source) {
     entry.trouble = slot->source.error();
@@ -219,35 +224,52 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now) {
   } else {
     if (entry.steps)
       layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);
-    fetchRoots(entry);
+    fetchRoots(entry, rootShares);
   }
 }
 
-void LayerRoster::fetchRoots(Entry& entry) {
+/// Of imagery only those in sight, as far as that is known.
+void LayerRoster::fetchRoots(Entry& entry, std::span<const double> rootShares) {
   entry.tiles = std::make_shared<LayerTiles>(entry.source.open, layerBudgetBytes_, ledger_);
   entry.state = Entry::State::fetching;
   for (int root = 0; entry.tiles->tellsPresence() && root < tiling_.rootCount(); ++root) {
     const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
     if (entry.tiles->storedLevel(id) < 0) continue;
+    if (entry.kind == raster::Kind::imagery && !rootShares.empty() && !(rootShares[id.root] > 0.0)) continue;
     auto fetch = fetches_.fetch(*entry.tiles, id, kRootPriority);
-    if (fetch) entry.roots.push_back(std::move(fetch));
+    if (fetch) entry.roots.push_back({.root = id.root, .fetch = std::move(fetch)});
   }
   if (entry.roots.empty()) entry.state = Entry::State::ready;
 }
 
-bool LayerRoster::rootsAreHere(const Entry& entry) {
-  return std::all_of(entry.roots.begin(), entry.roots.end(), [](const auto& root) { return root->isReady(); });
+/// Heights of all are needed for any.
+void LayerRoster::hurryRoots(Entry& entry, std::span<const double> rootShares) {
+  if (entry.kind == raster::Kind::elevation || rootShares.empty()) return;
+  for (const Entry::Root& root : entry.roots)
+    fetches_.hurry(*root.fetch, rootShares[root.root] > 0.0 ? kRootPriority * rootShares[root.root] : kUnseenPriority);
 }
 
-bool LayerRoster::advance(Clock::time_point now) {
+bool LayerRoster::mayTakePart(const Entry& entry, std::span<const double> rootShares) {
+  const auto isHere = [](const Entry::Root& root) { return root.fetch->isReady(); };
+  if (std::all_of(entry.roots.begin(), entry.roots.end(), isHere)) return true;
+  return entry.kind == raster::Kind::imagery && !rootShares.empty() &&
+         std::any_of(entry.roots.begin(), entry.roots.end(),
+                     [&](const Entry::Root& root) { return isHere(root) && rootShares[root.root] > 0.0; });
+}
+
+bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootShares) {
+  fetches_.beginPass();
   bool changed = false;
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
       if (entry->state == Entry::State::opening) {
-        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now);
+        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now, rootShares);
         if (entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt) open(*entry);
       }
-      if (entry->state == Entry::State::fetching && rootsAreHere(*entry)) entry->state = Entry::State::ready;
+      if (entry->state == Entry::State::fetching) {
+        hurryRoots(*entry, rootShares);
+        if (mayTakePart(*entry, rootShares)) entry->state = Entry::State::ready;
+      }
       changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
     }
   }

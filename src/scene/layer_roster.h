@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "io/executor.h"
@@ -15,9 +16,9 @@
 
 namespace tellurion::scene {
 
-/// Which layers of a scene take part. One on a server does from when it is open and the data of its root tiles are
-/// here, so that what is drawn never waits for it; one of this machine from the start. One thread only; opens sources
-/// on threads of its own.
+/// Which layers of a scene take part: those of this machine from the start, elevation on a server from when it is open
+/// and the data of all its root tiles are here, imagery from when those of one that may be seen are. So what is drawn
+/// never waits for a server. One thread only; opens sources on threads of its own.
 class LayerRoster {
  public:
   using Clock = std::chrono::steady_clock;
@@ -31,9 +32,9 @@ class LayerRoster {
   LayerRoster(const LayerRoster&) = delete;
   LayerRoster& operator=(const LayerRoster&) = delete;
 
-  /// Takes in what has been opened or has come, and opens again what failed. True: more layers may take part than
-  /// maker() was told the last time.
-  bool advance(Clock::time_point now);
+  /// Takes in what has been opened or has come, and opens again what failed. rootShares: Selection's, as far as there
+  /// is one: roots with the largest come first. True: more layers may take part than maker() was told the last time.
+  bool advance(Clock::time_point now, std::span<const double> rootShares);
   /// A source that failed is to be opened again: advance() has something to do.
   bool isDue(Clock::time_point now) const;
   /// What makes contents of all layers that may take part now; the others are left out.
@@ -64,10 +65,11 @@ class LayerRoster {
   void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
-  void takeOpened(Entry& entry, Clock::time_point now);
-  void fetchRoots(Entry& entry);
+  void takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  void fetchRoots(Entry& entry, std::span<const double> rootShares);
   void join(Entry& entry, ColourLayers::Layer& layer);
-  static bool rootsAreHere(const Entry& entry);
+  void hurryRoots(Entry& entry, std::span<const double> rootShares);
+  static bool mayTakePart(const Entry& entry, std::span<const double> rootShares);
 
   tiling::Tiling tiling_;
   geo::Body body_;

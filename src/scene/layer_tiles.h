@@ -112,7 +112,8 @@ class LayerTiles {
 struct TileNeed {
   LayerTiles* tiles = nullptr;
   tiling::TileId id;
-  bool isSpare = false;  ///< asked for only when it turns out that there is no such tile one level below it
+  bool mayStandIn = false;  ///< a root's picture: there is something to show without it
+  bool isSpare = false;     ///< asked for only when it turns out that there is no such tile one level below it
 };
 
 /// The tile over `id` at a level, and the one that is asked for instead when it turns out that there is none.

@@ -136,12 +136,17 @@ void PictureRenewal::submit(const TileForest& forest, const tiling::TileId& id,
   const auto& job = jobs_[id];
   job->submitted = true;
   job->task = executor_.submit(kRenewalPriority, [id, content, over = std::move(over), job = job, colours = colours_,
-                                                  arrivals = arrivals_, &bell = bell_] {
+                                                  editions = editions_, arrivals = arrivals_, &bell = bell_] {
     if (job->taken.exchange(true)) return;
-    for (const TileJob::Part& part : job->fetched) {
-      if (auto tile = part.need.tiles->get(part.need.id)) job->kept.push_back(std::move(tile));
+    std::shared_ptr<const TileContent> made;
+    if (colours->editions() == editions) {
+      for (const TileJob::Part& part : job->fetched) {
+        if (auto tile = part.need.tiles->get(part.need.id)) job->kept.push_back(std::move(tile));
+      }
+      made = withPictures(*content, colours->renewed(id, content->pictures, over));
+      // Another step has nothing at hand: what was made of it lacks everything.
+      if (colours->editions() != editions) made.reset();
     }
-    auto made = withPictures(*content, colours->renewed(id, content->pictures, over));
     {
       const std::lock_guard lock(arrivals->mutex);
       arrivals->waiting.push_back({.id = id, .from = content, .content = std::move(made)});
@@ -181,7 +186,7 @@ void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>&
     const std::lock_guard lock(arrivals_->mutex);
     for (Made& made : arrivals_->waiting) {
       jobs_.erase(made.id);
-      made_[made.id] = std::move(made);
+      if (made.content) made_[made.id] = std::move(made);
     }
     arrivals_->waiting.clear();
   }

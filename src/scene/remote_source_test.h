@@ -91,6 +91,7 @@ class FakeServer {
       if (line_.remembers) brought_.insert({request->source, request->id});
       if (!request->ready) continue;
       request->served = true;
+      answered_.insert(request->id);
       held_.push_back(request);
       request->ready();
     }
@@ -110,6 +111,11 @@ class FakeServer {
     const std::lock_guard lock(mutex_);
     return cancelled_;
   }
+  /// Tiles that were answered for somebody.
+  std::set<tiling::TileId> answered() const {
+    const std::lock_guard lock(mutex_);
+    return answered_;
+  }
   /// How often each tile was asked for.
   std::map<tiling::TileId, int> asked() const {
     const std::lock_guard lock(mutex_);
@@ -121,6 +127,7 @@ class FakeServer {
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Request>> waiting_;
   std::map<tiling::TileId, int> asked_;
+  std::set<tiling::TileId> answered_;
   std::set<std::pair<const void*, tiling::TileId>> brought_;  ///< where it remembers
   std::vector<std::shared_ptr<Request>> held_;
   std::uint64_t arrivals_ = 0;

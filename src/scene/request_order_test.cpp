@@ -2,6 +2,13 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
 
 #include "geo/body.h"
 #include "scene/globe.h"
@@ -50,6 +57,19 @@ std::vector<TileId> tilesAt(const Frame& frame, const std::vector<geo::Direction
   return out;
 }
 
+/// Whether all other threads of this process have nothing to do.
+bool othersSleep() {
+  const std::string own = std::filesystem::read_symlink("/proc/thread-self").filename();
+  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
+    if (thread.path().filename() == own) continue;
+    std::ifstream file(thread.path() / "stat");
+    const std::string stat((std::istreambuf_iterator<char>(file)), {});
+    const std::size_t name = stat.rfind(')');
+    if (name != std::string::npos && stat.compare(name, 3, ") S") != 0) return false;
+  }
+  return true;
+}
+
 struct Planet {
   explicit Planet(Order order = Order::mostUrgent)
       : server(
@@ -63,11 +83,13 @@ struct Planet {
                               {.workers = 1, .cpuCacheBytes = std::uint64_t{4} << 30})
                 .value();
   }
-  /// Lets workers finish all that they can without the server.
+  /// Lets workers finish all that they can without the server, however busy the machine is.
   const Frame& settled(const View& view) {
     for (;;) {
       const Frame& frame = globe->update(view, {.morph = false});
-      if (!globe->waitForArrivals(3ms)) return frame;
+      while (!othersSleep())
+        std::this_thread::sleep_for(100us);
+      if (!globe->waitForArrivals(0ms)) return frame;
     }
   }
   std::shared_ptr<FakeServer> server;
@@ -100,6 +122,40 @@ int ticksUntilFinal(Order order, const std::vector<View>& before, const View& vi
   return kMost;
 }
 
+/// Ticks for the tiles that a picture of which 90% are final is made of, those over them and those that replace a tile
+/// together, in the order that takes fewest: one after the other what is the largest part of the picture for each that
+/// is still to come. asked: how often each tile is asked for.
+int fewestTicks(const std::vector<TileId>& final, const std::map<TileId, int>& asked) {
+  std::map<TileId, int> places;
+  for (const TileId& tile : final)
+    ++places[tile];
+  std::set<TileId> here;
+  const auto ticksFor = [&](const TileId& tile, bool take) {
+    int ticks = 0;
+    const auto add = [&](const TileId& each) {
+      if (here.count(each) != 0 || asked.count(each) == 0) return;
+      ticks += asked.at(each);
+      if (take) here.insert(each);
+    };
+    add(tile.ancestor(0));
+    for (int level = 1; level <= tile.level; ++level) {
+      for (int q = 0; q < 4; ++q)
+        add(tile.ancestor(level - 1).child(q));
+    }
+    return ticks;
+  };
+  int ticks = 0;
+  for (std::size_t same = 0; 10 * same < 9 * final.size();) {
+    const auto best = std::max_element(places.begin(), places.end(), [&](const auto& a, const auto& b) {
+      return a.second * ticksFor(b.first, false) < b.second * ticksFor(a.first, false);
+    });
+    ticks += ticksFor(best->first, true);
+    same += static_cast<std::size_t>(best->second);
+    places.erase(best);
+  }
+  return ticks;
+}
+
 /// The time until 90% are final, as a share of that with a line that brings things in the order in which they were
 /// asked for, and cancels nothing. Neither brings anything twice.
 double shareOfTime(const char* name, const std::vector<View>& before, const View& view) {
@@ -111,7 +167,8 @@ double shareOfTime(const char* name, const std::vector<View>& before, const View
   const auto final = tilesAt(all.settled(view), places);
   const int urgent = ticksUntilFinal(Order::mostUrgent, before, view, places, final);
   const int inOrder = ticksUntilFinal(Order::firstCome, before, view, places, final);
-  std::printf("%s: 90%% final after %d ticks, in the order of asking %d\n", name, urgent, inOrder);
+  std::printf("%s: 90%% final after %d ticks, in the order of asking %d; needed at the least, from nothing, %d\n", name,
+              urgent, inOrder, fewestTicks(final, all.server->asked()));
   return static_cast<double>(urgent) / inOrder;
 }
 
@@ -123,11 +180,16 @@ TEST(RequestOrder, afterAFlightNinetyPercentAreFinalInHalfTheTime) {
 }
 
 /// Much of what was asked for on the way is in the last picture too, so the order has less to save.
-TEST(RequestOrder, afterALookAroundNinetyPercentAreFinalInTwoThirdsOfTheTime) {
+TEST(RequestOrder, afterALookAroundNinetyPercentAreFinalInThreeFifthsOfTheTime) {
   std::vector<View> around;
   for (int i = 0; i < 8; ++i)
     around.push_back(viewFrom(46.6, 8.0, 20e3, 20 + 45 * i, -12));
-  EXPECT_LE(shareOfTime("look around", around, viewFrom(46.6, 8.0, 20e3, 20, -12)), 0.65);
+  EXPECT_LE(shareOfTime("look around", around, viewFrom(46.6, 8.0, 20e3, 20, -12)), 0.6);
+}
+
+/// All that is asked for is of the picture, so the order has the least to save: its floor is 0.38 here.
+TEST(RequestOrder, fromNothingNinetyPercentAreFinalInLittleMoreThanHalfTheTime) {
+  EXPECT_LE(shareOfTime("from nothing", {}, viewFrom(46.6, 8.0, 20e3, 0, -25)), 0.55);
 }
 
 TEST(ScreenShare, isThePartOfThePictureThatABoxCovers) {

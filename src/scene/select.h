@@ -54,6 +54,8 @@ struct CutOptions {
 /// What the cut knows of a tile, loaded or not.
 struct TileFacts {
   bool drawable = false;  ///< loaded, with all that is needed to draw it
+  /// Of a root: what is drawable lacks pictures that are still to come. It is not split before they have.
+  bool isStandIn = false;
   /// Holds its ground and that of every tile below it. Must not depend on whether the tile is loaded: it decides which
   /// tiles are, so that a complete cut is the same whatever was loaded before.
   OrientedBox box;
@@ -111,6 +113,7 @@ struct Selection {
   int culledFrustum = 0;
   int culledHorizon = 0;
   int heldBack = 0;                ///< splits that wait for a later frame, since CutOptions::copies_bytes is spent
+  std::vector<double> rootShares;  ///< of the picture, a root each, > 0 if it may be seen
   bool cappedByBudget = false;     ///< a budget left something coarser than the tolerance
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn

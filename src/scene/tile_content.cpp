@@ -80,14 +80,15 @@ std::vector<OrientedBox> partsOf(const tiling::Tiling& tiling, const geo::Ellips
   return parts;
 }
 
-}  // namespace
-
-std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
+/// All but the pictures, which `pictures` makes.
+template <class Pictures>
+std::shared_ptr<TileContent> contentWith(const ContentMaker& maker, const tiling::TileId& id, const TileContent* parent,
+                                         const Pictures& pictures) {
   auto content = std::make_shared<TileContent>();
-  ComposedGround composed = ground.compose(id, parent != nullptr ? &parent->heights : nullptr);
-  const SurfaceGrid grid = surfaceGrid(tiling, ellipsoid, id, composed.heights);
+  ComposedGround composed = maker.ground.compose(id, parent != nullptr ? &parent->heights : nullptr);
+  const SurfaceGrid grid = surfaceGrid(maker.tiling, maker.ellipsoid, id, composed.heights);
   const TerrainMesh* from = parent != nullptr ? parent->mesh.get() : nullptr;
-  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, grid, from, regularMesh);
+  const MadeMesh made = makeTerrainMesh(maker.tiling, maker.ellipsoid, grid, from, maker.regularMesh);
   content->mesh = made.mesh;
   content->box = grown(made.box, composed.error_m);
   content->error_m = id.level < kDeepestLevel ? made.error_m + composed.error_m : 0.0;
@@ -95,14 +96,27 @@ std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, 
   content->spacing_m = id.level < kDeepestLevel ? content->side_m / grid.cells : 0.0;
   content->range = composed.range;
   content->childRange = composed.childRange;
-  content->parts = partsOf(tiling, ellipsoid, id, drawnRange(composed.range, *content->mesh));
+  content->parts = partsOf(maker.tiling, maker.ellipsoid, id, drawnRange(composed.range, *content->mesh));
   addRelief(composed, id, parent, grid, *content);
-  content->pictures =
-      colours.pictures(id, parent != nullptr ? std::span(parent->pictures) : std::span<const LayerPicture>());
+  content->pictures = pictures();
   content->bytes += bytesOf(content->pictures);
   content->heights = std::move(composed.heights);
   content->bytes += sizeof(TileContent) + content->parts.size() * sizeof(OrientedBox) + bytesOf(*content->mesh) +
                     content->heights.samples.size() * sizeof(float);
+  return content;
+}
+
+}  // namespace
+
+std::shared_ptr<const TileContent> ContentMaker::make(const tiling::TileId& id, const TileContent* parent) const {
+  return contentWith(*this, id, parent, [&] {
+    return colours.pictures(id, parent != nullptr ? std::span(parent->pictures) : std::span<const LayerPicture>());
+  });
+}
+
+std::shared_ptr<const TileContent> ContentMaker::makeStandIn(const tiling::TileId& id) const {
+  auto content = contentWith(*this, id, nullptr, [&] { return colours.standIns(id); });
+  content->isStandIn = true;
   return content;
 }
 

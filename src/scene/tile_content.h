@@ -26,7 +26,8 @@ struct TileContent {
   std::vector<OrientedBox> parts;  ///< TileFacts::parts of ground that is not exaggerated
   HeightRange range;               ///< of the ground of the tile and of all below it
   std::array<HeightRange, 4> childRange;
-  double error_m = 0.0;  ///< as TileFacts has it
+  double error_m = 0.0;    ///< as TileFacts has it
+  bool isStandIn = false;  ///< likewise
   double side_m = 0.0;
   double spacing_m = 0.0;
   std::uint64_t bytes = 0;  ///< of what is its own
@@ -48,6 +49,9 @@ struct ContentMaker {
 
   /// Blocks while sources do. parent: of the tile over it; null for roots.
   std::shared_ptr<const TileContent> make(const tiling::TileId& id, const TileContent* parent) const;
+  /// Of a root: with the pictures that are here.
+  std::shared_ptr<const TileContent> makeStandIn(const tiling::TileId& id) const;
+  bool isBare() const { return ground.isBare() && colours.isBare(); }  ///< no layer takes part
   /// What make() may load of sources that tell what they store, so that it can be prepared; the same tile may be named
   /// twice. Never blocks. What any first make() loads besides are all roots of all layers.
   void addNeeds(const tiling::TileId& id, std::vector<TileNeed>& needs) const;

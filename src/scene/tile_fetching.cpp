@@ -27,6 +27,11 @@ std::shared_ptr<TileFetch> TileFetches::fetch(LayerTiles& tiles, const tiling::T
   return fetch;
 }
 
+std::shared_ptr<TileFetch> TileFetches::found(const LayerTiles& tiles, const tiling::TileId& id) const {
+  const auto known = fetches_.find({.tiles = &tiles, .id = id});
+  return known != fetches_.end() ? known->second.lock() : nullptr;
+}
+
 void TileFetches::hurry(TileFetch& fetch, double priority) const {
   constexpr double kSame = 0.02;  // of itself: not worth a change
   if (fetch.pass_ == pass_) return;

@@ -38,6 +38,8 @@ class TileFetches {
   void beginPass() { ++pass_; }
   /// Begun, or joined where it is on its way. Null: there is nothing to wait for.
   std::shared_ptr<TileFetch> fetch(LayerTiles& tiles, const tiling::TileId& id, double priority);
+  /// Begun before, by somebody who still wants it; else null.
+  std::shared_ptr<TileFetch> found(const LayerTiles& tiles, const tiling::TileId& id) const;
   void hurry(TileFetch& fetch, double priority) const;
   /// That are on their way or held.
   std::size_t count() const;

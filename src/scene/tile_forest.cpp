@@ -158,6 +158,7 @@ void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   const TileContent& content = *r.content;
   const double more = std::max(1.0, exaggeration_);
   r.drawable = true;
+  r.isStandIn = content.isStandIn;
   r.error_m = content.error_m * more;
   takeTexels(r);
   r.spacing_m = content.spacing_m;
@@ -174,7 +175,9 @@ void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
 void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileContent> content) {
   TileRecord& r = record(id);
   r.job.reset();
+  if (r.content) contentBytes_ -= r.content->bytes;
   r.content = std::move(content);
+  r.residency = 0;
   if (r.madeFor != exaggeration_) makeBox(id, r);
   takeFacts(id, r);
   r.lastUse = updates_;

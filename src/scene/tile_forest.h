@@ -48,7 +48,7 @@ class TileForest final : public TileTree {
   TileRecord& record(const tiling::TileId& id);
   /// Null: nobody asked for it yet.
   const TileRecord* find(const tiling::TileId& id) const;
-  /// What was made of a tile.
+  /// What was made of a tile, also in place of what stood in for it.
   void take(const tiling::TileId& id, std::shared_ptr<const TileContent> content);
   /// Another content of a tile that has one, the same but for pictures.
   void renew(const tiling::TileId& id, std::shared_ptr<const TileContent> content);

@@ -16,6 +16,16 @@ bool has(const std::vector<TileJob::Part>& parts, const TileNeed& need) {
       parts, [&](const TileJob::Part& part) { return part.need.tiles == need.tiles && part.need.id == need.id; });
 }
 
+/// What was at hand when it was asked for, so that nothing holds it, may be so no more: then it is to be fetched.
+bool isLost(const TileNeed& need, TileJob& job) {
+  const auto part = std::ranges::find_if(job.fetched, [&](const TileJob::Part& p) {
+    return p.need.tiles == need.tiles && p.need.id == need.id && p.fetch == nullptr;
+  });
+  if (part == job.fetched.end() || !need.tiles->prepare(need.id, 0.0, [] {})) return false;
+  job.fetched.erase(part);
+  return true;
+}
+
 /// On a worker: holds all that making the tile will load. What cannot be loaded leads to coarser tiles; false: one of
 /// those was not fetched, and loading it would wait for a network.
 bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job, std::vector<TileNeed>& needs) {
@@ -27,7 +37,8 @@ bool loadParts(const ContentMaker& maker, const tiling::TileId& id, TileJob& job
       if (need.isSpare || need.tiles->isMissing(need.id)) continue;
       auto tile = need.tiles->kept(need.id);
       if (!tile) {
-        if (!has(job.fetched, need)) return false;
+        if (job.isStandIn && need.mayStandIn && !has(job.fetched, need)) continue;
+        if (!has(job.fetched, need) || isLost(need, job)) return false;
         tile = need.tiles->get(need.id);
       }
       isSettled = isSettled && tile;
@@ -51,7 +62,7 @@ std::shared_ptr<const TileContent> contentOf(const ContentMaker& maker, const ti
   if (!loadParts(maker, id, job, needs)) return nullptr;
   // Another worker may find out meanwhile that a tile beside it fails, which changes what it is made of.
   const std::uint64_t before = refusalsOf(needs);
-  auto content = maker.make(id, parent);
+  auto content = job.isStandIn ? maker.makeStandIn(id) : maker.make(id, parent);
   return refusalsOf(needs) == before ? content : nullptr;
 }
 
@@ -84,19 +95,26 @@ void TileLoading::receive() {
 void TileLoading::begin(const WantedTile& wanted, TileRecord& r) {
   r.job = std::make_shared<TileJob>();
   underway_.push_back(wanted.id);
-  fetchNeeds(wanted, *r.job);
+  fetchNeeds(wanted, r);
 }
 
-/// As far as they are not fetched already.
-void TileLoading::fetchNeeds(const WantedTile& wanted, TileJob& job) {
-  job.isShort = false;
+/// As far as they are not fetched already. A root that cannot be drawn at all waits for no picture.
+void TileLoading::fetchNeeds(const WantedTile& wanted, const TileRecord& record) {
+  TileJob& job = *record.job;
+  job.isShort = job.isStandIn = false;
   needs_.clear();
   forest_.maker().addNeeds(wanted.id, needs_);
   for (const TileNeed& need : needs_) {
     if (auto tile = need.tiles->kept(need.id)) {
       job.kept.push_back(std::move(tile));
     } else if (!need.tiles->isMissing(need.id) && !has(job.fetched, need) && !has(job.missing, need)) {
-      auto fetch = fetches_.fetch(*need.tiles, need.id, wanted.priority);
+      const bool maySkip = need.mayStandIn && !record.content;
+      auto fetch = maySkip ? fetches_.found(*need.tiles, need.id) : nullptr;
+      if (!fetch) fetch = fetches_.fetch(*need.tiles, need.id, wanted.priority);
+      if (maySkip && fetch && !fetch->isReady()) {
+        job.isStandIn = true;
+        continue;
+      }
       (fetch ? job.missing : job.fetched).push_back({.need = need, .fetch = std::move(fetch)});
     }
   }
@@ -156,7 +174,7 @@ void TileLoading::request(std::span<const WantedTile> wanted) {
       begin(w, r);
       if (!needs_.empty()) ++begun_;
     } else if (r.job->isShort) {
-      fetchNeeds(w, *r.job);
+      fetchNeeds(w, r);
     }
     if (r.job->submitted) {
       r.job->task.setPriority(w.priority);

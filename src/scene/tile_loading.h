@@ -38,6 +38,7 @@ struct TileJob {
   std::vector<Part> missing;  ///< still on their way
   std::vector<Part> fetched;
   std::vector<LayerTiles::TilePointer> kept;  ///< needed and here already: stays until the content is made
+  bool isStandIn = false;                     ///< of a root: pictures that have not come yet are not waited for
   bool isShort = false;                       ///< what failed to load makes other tiles needed
   bool submitted = false;
   /// Worker and globe share it: whoever is first decides whether the task runs.
@@ -69,7 +70,7 @@ class TileLoading {
  private:
   void request(std::span<const WantedTile> wanted);
   void begin(const WantedTile& wanted, TileRecord& record);
-  void fetchNeeds(const WantedTile& wanted, TileJob& job);
+  void fetchNeeds(const WantedTile& wanted, const TileRecord& record);
   bool advance(const WantedTile& wanted, TileRecord& record);
   void submit(const WantedTile& wanted, TileRecord& record);
   template <class IsUnwanted>

@@ -32,7 +32,8 @@ std::span<const WantedTile> TilesAhead::wanted(const TileForest& forest) {
   std::ranges::copy_if(found_, std::back_inserter(wanted_), [&](const WantedTile& tile) {
     const TileRecord* record = forest.find(tile.id);
     const TileRecord* parent = tile.id.level > 0 ? forest.find(tile.id.parent()) : nullptr;
-    return (record == nullptr || !record->content) && (tile.id.level == 0 || (parent != nullptr && parent->content));
+    return (record == nullptr || !record->content || record->isStandIn) &&
+           (tile.id.level == 0 || (parent != nullptr && parent->content && !parent->isStandIn));
   });
   return wanted_;
 }

@@ -1,0 +1,18 @@
+#include "io/thread_share.h"
+
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+namespace tellurion::io {
+
+void stepBack() {
+#ifdef __linux__
+  // What POSIX says of the process is so of the thread on Linux. Each step is a quarter.
+  constexpr int kSteps = 5;
+  const int now = getpriority(PRIO_PROCESS, 0);
+  setpriority(PRIO_PROCESS, 0, now + kSteps);
+#endif
+}
+
+}  // namespace tellurion::io
