@@ -14,9 +14,11 @@ void clear(Selection& out) {
   std::swap(fresh.drawn, out.drawn);
   std::swap(fresh.soon, out.soon);
   std::swap(fresh.wanted, out.wanted);
+  std::swap(fresh.rootShares, out.rootShares);
   fresh.drawn.clear();
   fresh.soon.clear();
   fresh.wanted.clear();
+  fresh.rootShares.clear();
   out = std::move(fresh);
 }
 
