@@ -59,6 +59,7 @@ auto GpuResidents::brought(Pool& pool, const Payload& payload, Allowance& allowa
   if (place == nullptr) return nullptr;
   allowance.bytes -= bytes;
   ++counts_.copies;
+  ++arrivals_;
   counts_.bytes += bytes;
   return place;
 }
@@ -70,6 +71,7 @@ void GpuResidents::bringNeeded(Pool& pool, const Payload& payload, Place& place)
   place = brought(pool, *payload, all);
   if (place != nullptr) return;
   ++counts_.withoutRoom;
+  ++arrivals_;
   refused_.push_back(payload->serial);
 }
 

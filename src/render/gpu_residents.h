@@ -30,6 +30,7 @@ class GpuResidents final : public scene::Residency {
   std::uint64_t missingColourBytes(const scene::TextureImage& image) const override;
   std::uint64_t missingReliefBytes(const scene::TextureImage& image) const override;
   std::uint64_t departures() const override;
+  std::uint64_t arrivals() const override { return arrivals_; }
 
   /// Copies what the frame draws and is not here yet, and of what it draws soon as much as it allows.
   CopyCounts bring(const scene::Frame& frame);
@@ -68,6 +69,7 @@ class GpuResidents final : public scene::Residency {
   // Serials of the last frame's meshes and pictures without room, in order. They count as there for one frame.
   std::vector<std::uint64_t> refused_;
   std::uint64_t framesWithRefused_ = 0;
+  std::uint64_t arrivals_ = 0;  ///< copies and refusals so far
   std::vector<ResidentTile> tiles_;
   std::vector<ResidentPicture> pictures_;
 };

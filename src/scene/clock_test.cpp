@@ -240,6 +240,7 @@ class PictureGpu final : public Residency {
   }
   std::uint64_t missingReliefBytes(const TextureImage&) const override { return 0; }
   std::uint64_t departures() const override { return 1; }
+  std::uint64_t arrivals() const override { return held.size(); }
   int draw(const Frame& frame) {
     int copied = 0;
     for (const DrawnPicture& picture : frame.pictures)

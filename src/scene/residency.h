@@ -17,6 +17,8 @@ class Residency {
   virtual std::uint64_t missingReliefBytes(const TextureImage& image) const = 0;
   /// Another number once something that was not missing may be.
   virtual std::uint64_t departures() const = 0;
+  /// Another number once something that was missing may not be any more.
+  virtual std::uint64_t arrivals() const = 0;
 };
 
 }  // namespace tellurion::scene

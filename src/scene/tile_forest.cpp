@@ -51,6 +51,7 @@ void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, co
   if (gpu != gpu_ || now != departures_) ++residency_;
   gpu_ = gpu;
   departures_ = now;
+  arrivals_ = gpu != nullptr ? gpu->arrivals() : 0;
 }
 
 /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
@@ -82,12 +83,13 @@ std::array<TileFacts*, 4> TileForest::children(const tiling::TileId& id, TileFac
   return out;
 }
 
-/// What is on the GPU stays there, and is not asked for again, until something leaves.
+/// What is on the GPU stays there, and is not asked for again, until something leaves; what is missing, until something
+/// comes.
 void TileForest::takeCopies(int level, TileRecord& r) const {
   if (gpu_ == nullptr || !r.content) {
     r.copy_bytes = 0;
     r.residency = 0;
-  } else if (r.copy_bytes > 0 || r.residency != residency_) {
+  } else if (r.residency != residency_ || (r.copy_bytes > 0 && r.arrivals != arrivals_)) {
     const TileContent& c = *r.content;
     r.copy_bytes = gpu_->missingBytes(*c.mesh);
     if (c.relief) r.copy_bytes += shareOf(gpu_->missingReliefBytes(*c.relief), level - c.reliefLevel);
@@ -97,6 +99,7 @@ void TileForest::takeCopies(int level, TileRecord& r) const {
         r.copy_bytes += shareOf(gpu_->missingColourBytes(*picture.image), level - picture.level);
     }
     r.residency = residency_;
+    r.arrivals = arrivals_;
   }
 }
 

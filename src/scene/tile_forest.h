@@ -21,6 +21,7 @@ struct TileRecord final : TileFacts {
   std::shared_ptr<const TileContent> content;
   std::shared_ptr<TileJob> job;  ///< asked for and not here yet
   std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
+  std::uint64_t arrivals = 0;    ///< on the GPU, so far, at that time
   std::uint64_t visibility = 0;  ///< number of the layers in sight that facts.texel_m was made for
   std::uint64_t lastUse = 0;     ///< number of the update that used it last
   std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
@@ -76,6 +77,7 @@ class TileForest final : public TileTree {
   double exaggeration_ = 1.0;
   const Residency* gpu_ = nullptr;    ///< of this update
   std::uint64_t departures_ = 0;      ///< of that
+  std::uint64_t arrivals_ = 0;        ///< of that
   std::uint64_t residency_ = 0;       ///< rises when something may have left, and with another GPU
   std::span<const LayerLook> looks_;  ///< of this update
   std::vector<bool> wasVisible_;      ///< of each imagery layer

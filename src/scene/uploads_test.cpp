@@ -34,6 +34,7 @@ class FakeGpu final : public Residency {
     return bytesFor(2 * kPicture + image.serial, 10);
   }
   std::uint64_t departures() const override { return departures_; }
+  std::uint64_t arrivals() const override { return now_; }
 
   void clear() {
     held_.clear();
