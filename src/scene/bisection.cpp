@@ -1,7 +1,6 @@
 #include "scene/bisection.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cstddef>
 
 #include "scene/polygon_fill.h"
@@ -22,8 +21,15 @@ double deviation(const geo::Vec3& a, const geo::Vec3& b, const geo::Vec3& middle
 /// wide.
 class KeptSamples {
  public:
-  KeptSamples(std::span<const geo::Vec3> points, int cells, double tolerance_m)
-      : points_(points), cells_(cells), tolerance_m_(tolerance_m), kept_(points.size(), 0) {
+  KeptSamples(const BisectionRule& rule, int cells, const std::array<std::vector<std::uint8_t>, 4>& edges)
+      : surfaces_(rule.surfaces), tolerance_m_(rule.tolerance_m), cells_(cells), kept_(rule.kept) {
+    kept_.resize(static_cast<std::size_t>((cells + 1) * (cells + 1)), 0);
+    for (int edge = 0; edge < 4; ++edge) {
+      for (int i = 0; i <= cells; ++i) {
+        const GridPoint p = edgePoint(edge, i, cells);
+        if (edges[static_cast<std::size_t>(edge)][static_cast<std::size_t>(i)] != 0) mark(p.col, p.row);
+      }
+    }
     for (int size = 2; size <= cells; size *= 2) {
       markSideMiddles(size);
       markCentres(size);
@@ -46,10 +52,11 @@ class KeptSamples {
 
   bool keep(int col, int row, int dCol, int dRow) {
     std::uint8_t& flag = kept_[index(col, row)];
-    if (flag == 0 && deviation(points_[index(col - dCol, row - dRow)], points_[index(col + dCol, row + dRow)],
-                               points_[index(col, row)]) > tolerance_m_) {
-      flag = 1;
-    }
+    const auto leaves = [&](std::span<const geo::Vec3> surface) {
+      return deviation(surface[index(col - dCol, row - dRow)], surface[index(col + dCol, row + dRow)],
+                       surface[index(col, row)]) > tolerance_m_;
+    };
+    if (flag == 0 && std::any_of(surfaces_.begin(), surfaces_.end(), leaves)) flag = 1;
     return flag != 0;
   }
 
@@ -82,9 +89,9 @@ class KeptSamples {
     }
   }
 
-  std::span<const geo::Vec3> points_;
-  int cells_;
+  std::span<const std::span<const geo::Vec3>> surfaces_;
   double tolerance_m_;
+  int cells_;
   std::vector<std::uint8_t> kept_;
 };
 
@@ -182,11 +189,10 @@ std::vector<std::uint8_t> keptAlongEdge(std::span<const geo::Vec3> samples, doub
   return kept;
 }
 
-Triangulation triangulate(std::span<const geo::Vec3> points, int cells, double tolerance_m,
+Triangulation triangulate(const BisectionRule& rule, int cells,
                           const std::array<std::vector<std::uint8_t>, 4>& fineEdge,
                           const std::array<std::vector<std::uint8_t>, 4>& coarseEdge) {
-  assert(points.size() == static_cast<std::size_t>((cells + 1) * (cells + 1)));
-  const KeptSamples kept(points, cells, tolerance_m);
+  const KeptSamples vertices(rule, cells, fineEdge);
   const GridPoint centre{static_cast<std::int16_t>(cells / 2), static_cast<std::int16_t>(cells / 2)};
   Triangulation out;
   for (int edge = 0; edge < 4; ++edge) {
@@ -194,7 +200,7 @@ Triangulation triangulate(std::span<const geo::Vec3> points, int cells, double t
     GridPoint b = edgePoint(edge, cells, cells);
     if (doubleArea(a, b, centre) < 0) std::swap(a, b);
     std::vector<GridTriangle> quarter;
-    bisect(kept, a, b, centre, quarter);
+    bisect(vertices, a, b, centre, quarter);
     const auto inside = std::partition(quarter.begin(), quarter.end(), [&](const GridTriangle& t) {
       return std::any_of(t.begin(), t.end(), [&](GridPoint p) { return alongEdge(edge, p, cells) >= 0; });
     });

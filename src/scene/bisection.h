@@ -10,8 +10,8 @@
 namespace tellurion::scene {
 
 /// Right-triangle bisection of a square of cells, and its triangulation, in whole numbers: which samples become
-/// vertices and how they are joined (docs/selection.md, "Too many triangles"). Knows no body and no heights but through points in
-/// space.
+/// vertices and how they are joined (docs/selection.md, "Too many triangles"). Knows no body and no heights but through
+/// points in space.
 ///
 /// Sample (col, row), 0..cells, row down. Counter-clockwise means as seen with the row axis down: from outside the
 /// body.
@@ -48,12 +48,18 @@ struct Triangulation {
   std::array<std::vector<GridTriangle>, 4> coarse;
 };
 
-/// points: (cells + 1)^2, row-major. Inside, a sample is a vertex by the same rule in two dimensions; on edge e exactly
-/// those flagged in fineEdge[e] (cells + 1 flags) are vertices of the fine variant and those of coarseEdge[e] of the
-/// coarse one. Flags must be as keptAlongEdge makes them: fineEdge with the same tolerance and the middle kept,
-/// coarseEdge a subset of fineEdge. The interior, with one variant of each edge, covers the square exactly once,
-/// whichever variants are taken.
-Triangulation triangulate(std::span<const geo::Vec3> points, int cells, double tolerance_m,
+/// What makes a sample a vertex inside of a square, whose samples are (cells + 1)^2, row-major.
+struct BisectionRule {
+  std::vector<std::span<const geo::Vec3>> surfaces;  ///< each of which the triangles are to follow
+  double tolerance_m = 0.0;        ///< by which a sample that is left out may lie off the middle of the line across it
+  std::vector<std::uint8_t> kept;  ///< flags of samples that are vertices in any case, or empty
+};
+
+/// Inside, a sample is a vertex by the rule, or when one below it is. On edge e exactly those flagged in fineEdge[e]
+/// (cells + 1 flags) are vertices of the fine variant and those of coarseEdge[e], a subset, of the coarse one. An
+/// edge's flags hold its ends and middle, and with a sample the one above it (keptAlongEdge); the coarse ones need no
+/// middle. The interior, with one variant of each edge, covers the square exactly once, whichever variants are taken.
+Triangulation triangulate(const BisectionRule& rule, int cells,
                           const std::array<std::vector<std::uint8_t>, 4>& fineEdge,
                           const std::array<std::vector<std::uint8_t>, 4>& coarseEdge);
 

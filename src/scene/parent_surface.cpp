@@ -1,7 +1,6 @@
 #include "scene/parent_surface.h"
 
 #include <algorithm>
-#include <array>
 #include <tuple>
 
 #include "scene/bisection.h"
@@ -26,6 +25,7 @@ class Painter {
     const auto samples = static_cast<std::size_t>((cells + 1) * (cells + 1));
     out_.positions.resize(samples);
     out_.heights_m.resize(samples);
+    out_.isVertex.resize(samples);
     const auto placed = [&](std::uint16_t units, int half) {
       return static_cast<std::int16_t>(2 * cells * units / kPlaceUnits - half * cells);
     };
@@ -34,6 +34,9 @@ class Painter {
       vertices_.push_back({.place = {placed(v.s, quadrant & 1), placed(v.t, quadrant >> 1)},
                            .position = parent.origin.m + geo::Vec3(v.position_tile) + fine * vertexGrid_m,
                            .height_m = static_cast<double>(v.height_m)});
+    }
+    for (const ParentVertex& v : vertices_) {
+      if (isWithin(v.place)) out_.isVertex[index(v.place)] = 1;
     }
     paint(parent, parent.interior);
     for (const IndexRange& edge : parent.fineEdge)
@@ -45,9 +48,14 @@ class Painter {
   ParentSurface take() { return std::move(out_); }
 
  private:
+  std::size_t index(GridPoint p) const {
+    return static_cast<std::size_t>(p.row) * static_cast<std::size_t>(cells_ + 1) + static_cast<std::size_t>(p.col);
+  }
+
+  bool isWithin(GridPoint p) const { return std::min(p.col, p.row) >= 0 && std::max(p.col, p.row) <= cells_; }
+
   void set(GridPoint p, const geo::Vec3& position, double height_m) {
-    const auto i =
-        static_cast<std::size_t>(p.row) * static_cast<std::size_t>(cells_ + 1) + static_cast<std::size_t>(p.col);
+    const std::size_t i = index(p);
     out_.positions[i] = position;
     out_.heights_m[i] = height_m;
   }
@@ -88,9 +96,6 @@ class Painter {
       if ((horizontal ? v.place.row : v.place.col) == line && along >= 0 && along <= cells_)
         chain[static_cast<std::size_t>(along)] = &v;
     }
-    auto& isVertex = out_.edgeVertices[static_cast<std::size_t>(edge)];
-    for (const ParentVertex* v : chain)
-      isVertex.push_back(v != nullptr ? 1 : 0);
     int last = 0;
     for (int i = 0; i <= cells_; ++i) {
       if (chain[static_cast<std::size_t>(i)] == nullptr) continue;

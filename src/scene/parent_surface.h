@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -10,10 +9,9 @@ namespace tellurion::scene {
 
 /// The surface that a tile's parent draws (with fine edges), at the samples of the tile: what it morphs from.
 struct ParentSurface {
-  std::vector<geo::Vec3> positions;  ///< (cells + 1)^2, row-major, body coordinates
-  std::vector<double> heights_m;     ///< likewise, above the ellipsoid, linear between the mesh's vertices
-  /// For each edge of the tile (tiling::Edge) and sample of it: whether the parent's mesh has a vertex there.
-  std::array<std::vector<std::uint8_t>, 4> edgeVertices;
+  std::vector<geo::Vec3> positions;    ///< (cells + 1)^2, row-major, body coordinates
+  std::vector<double> heights_m;       ///< likewise, above the ellipsoid, linear between the mesh's vertices
+  std::vector<std::uint8_t> isVertex;  ///< likewise, whether the parent's mesh has a vertex there
 };
 
 /// The parent's quadrant is the tile. On the tile's edges, which are lines of the parent's mesh, the surface depends on

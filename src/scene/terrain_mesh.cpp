@@ -56,22 +56,30 @@ EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bo
   return flags;
 }
 
-/// Edges that lie on their parent's edges; the two others run through its middle.
+/// Edges that lie on their parent's edges; the two others run through its middle, and their coarse variants are never
+/// drawn.
 bool isOnParentsEdge(const tiling::TileId& id, int edge) {
   const bool right = (id.quadrant() & 1) != 0;
   const bool bottom = (id.quadrant() >> 1) != 0;
   return edge == 0 ? !bottom : edge == 1 ? right : edge == 2 ? bottom : !right;
 }
 
-/// On the parent's edges: its own vertices there. They are what a coarser neighbour has, whatever that knows of the
-/// ground; where samples of parents are samples of their children, the same as flagsOfEdges finds.
+/// All vertices that the parent has on the tile's edges. On the parent's own edges they are what a coarser neighbour
+/// has, whatever that knows of the ground: where samples of parents are samples of their children, what flagsOfEdges
+/// finds. Through its middle the parent may have more, for the sake of the ground beside the line.
 void takeParentsFlags(const tiling::TileId& id, const ParentSurface& parent, EdgeFlags& coarse, EdgeFlags& fine) {
   for (int edge = 0; edge < 4; ++edge) {
-    if (!isOnParentsEdge(id, edge)) continue;
     const auto e = static_cast<std::size_t>(edge);
-    coarse[e] = parent.edgeVertices[e];
-    for (std::size_t i = 0; i < fine[e].size(); ++i)
-      fine[e][i] = fine[e][i] | coarse[e][i];
+    const bool isCoarse = isOnParentsEdge(id, edge);
+    const auto cells = static_cast<int>(fine[e].size()) - 1;
+    for (int i = 0; i <= cells; ++i) {
+      const GridPoint p = edgePoint(edge, i, cells);
+      const std::uint8_t has =
+          parent.isVertex[static_cast<std::size_t>(p.row * (cells + 1)) + static_cast<std::size_t>(p.col)];
+      const auto at = static_cast<std::size_t>(i);
+      fine[e][at] = fine[e][at] | has;
+      if (isCoarse) coarse[e][at] = has;
+    }
   }
 }
 
@@ -129,19 +137,15 @@ class MeshWriter {
     return out;
   }
 
-  bool isParentsVertex(GridPoint p) const {
-    for (int edge = 0; edge < 4; ++edge) {
-      const int i = alongEdge(edge, p, grid_.cells);
-      if (i >= 0 && parent_->edgeVertices[static_cast<std::size_t>(edge)][static_cast<std::size_t>(i)] != 0)
-        return true;
-    }
-    return false;
+  bool isParentsEdgeVertex(GridPoint p) const {
+    const bool isOnEdge = std::min(p.col, p.row) == 0 || std::max(p.col, p.row) == grid_.cells;
+    return isOnEdge && parent_->isVertex[slot(p)] != 0;
   }
 
   /// Where it is a vertex of the parent's edge, a vertex is a whole number of steps from there, so that it can go back
   /// exactly; where both are of the same data, none.
   void goToSteps(GridPoint p, geo::Vec3& own, double& height_m) const {
-    if (parent_ == nullptr || !isParentsVertex(p)) return;
+    if (parent_ == nullptr || !isParentsEdgeVertex(p)) return;
     const double step_m = static_cast<double>(mesh_.parentStep_m);
     const auto nearest = [&](double from, double value) {
       return from + std::clamp(std::round((value - from) / step_m), -32767.0, 32767.0) * step_m;
@@ -396,7 +400,12 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
   EdgeFlags fine = flagsOfEdges(grid, 1, tolerance_m, true);
   EdgeFlags coarse = flagsOfEdges(grid, 2, parentTolerance_m, false);
   if (from) takeParentsFlags(grid.id, *from, coarse, fine);
-  const Triangulation triangles = triangulate(points, grid.cells, tolerance_m, fine, coarse);
+  BisectionRule rule{.surfaces = {points}, .tolerance_m = tolerance_m, .kept = {}};
+  if (from) {
+    rule.surfaces.emplace_back(from->positions);
+    rule.kept = from->isVertex;
+  }
+  const Triangulation triangles = triangulate(rule, grid.cells, fine, coarse);
   MeshWriter writer(grid, vertexStep_m, parentStep_m(tiling, ellipsoid, grid.id.level, grid.cells),
                     from ? &*from : nullptr);
   TerrainMesh& mesh = writer.mesh();

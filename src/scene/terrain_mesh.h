@@ -54,11 +54,12 @@ struct MadeMesh {
 };
 
 /// Makes a tile's triangles by right-triangle bisection: a sample is a vertex when leaving it out would move the ground
-/// there by more than the level's tolerance. On the edges the vertices depend on the edge's samples alone (bisection in
-/// one dimension, the middle always kept), and on the coarse variant's on every second of them with the parent level's
-/// tolerance: what a neighbour one level coarser has there. parent: the mesh that the tile morphs from; null: it does
-/// not. regular: every sample is a vertex instead, and every second one of a coarse edge (the comparison mode).
-/// Thread-safe, pure but for the serial.
+/// there by more than the level's tolerance, or the parent's surface, which it has to take the place of unseen;
+/// vertices of the parent are vertices. On the edges the vertices depend on the edge's samples alone (bisection in one
+/// dimension, the middle always kept; across the parent's middle its vertices too), and on the coarse variant's on
+/// every second of them with the parent level's tolerance: what a neighbour one level coarser has there. parent: the
+/// mesh that the tile morphs from; null: it does not. regular: every sample is a vertex instead, and every second one
+/// of a coarse edge (the comparison mode). Thread-safe, pure but for the serial.
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
                          const TerrainMesh* parent = nullptr, bool regular = false);
 

@@ -212,6 +212,45 @@ TEST_P(MeshOnTiling, withoutMorphATileLiesOnItsParentsTriangles) {
   EXPECT_GT(moved, 1000);
 }
 
+TEST_P(MeshOnTiling, withoutMorphATileIsItsParentsSurfaceBetweenVerticesToo) {
+  constexpr int kTiles = 30;
+  constexpr int kPlaces = 1000;
+  // In strips along the edges of the parent, which are filled as they come, triangles are no parts of its triangles.
+  constexpr double kOffShare = 0.06;
+  constexpr double kFarOffShare = 0.0025;
+  std::mt19937_64 random = geo::seededGenerator();
+  int off = 0;
+  int farOff = 0;
+  for (int i = 0; i < kTiles; ++i) {
+    TileId id = randomTile(random, 10);
+    if (id.level == 0) id = id.child(i % 4);
+    // Rocks of up to two spacings, far enough apart that meshes leave out most samples.
+    const auto height = [&](const geo::Direction& d) {
+      return hashOf(d, 1) < 0.01 ? 3e5 * tiling::tileSize(id.level) * hashOf(d, 2) : 0.0;
+    };
+    DrawnTile parent;
+    parent.mesh = madeOf(tiling, id.parent(), samplesOf(tiling, id.parent(), height)).made.mesh;
+    DrawnTile tile = morphingTile(tiling, id, height);
+    tile.morph = {};
+    Frame frame;
+    frame.vertexGrid_m = vertexGrid_m(kEarth);
+    const double tolerance_m = meshTolerance_m(tiling, kEarth, id.level, 64);
+    for (int k = 0; k < kPlaces; ++k) {
+      const auto s = static_cast<int>(geo::uniform(random, 0.0, kPlaceUnits));
+      const auto t = static_cast<int>(geo::uniform(random, 0.0, kPlaceUnits));
+      const auto drawn = pointAt(tile, 2 * s, 2 * t, frame);
+      const auto expected =
+          pointAt(parent, s + (id.quadrant() & 1) * kPlaceUnits, t + (id.quadrant() >> 1) * kPlaceUnits, frame);
+      ASSERT_TRUE(drawn && expected);
+      const double off_m = geo::length(*drawn - *expected);
+      off += off_m > 0.01 * tolerance_m ? 1 : 0;
+      farOff += off_m > 0.5 * tolerance_m ? 1 : 0;
+    }
+  }
+  EXPECT_LE(off, kOffShare * kTiles * kPlaces);
+  EXPECT_LE(farOff, kFarOffShare * kTiles * kPlaces);
+}
+
 /// Where the vertices on an edge are drawn, in the order along it.
 std::vector<Bits> drawnEdge(const DrawnTile& tile, Edge edge, const Frame& frame) {
   const bool horizontal = edge == Edge::top || edge == Edge::bottom;
@@ -608,11 +647,11 @@ class Meshes {
   }
 
  private:
-  static std::vector<GroundLayers::Layer> layersOf(
-      const std::vector<std::shared_ptr<ProceduralSource>>& sources) {
+  static std::vector<GroundLayers::Layer> layersOf(const std::vector<std::shared_ptr<ProceduralSource>>& sources) {
     std::vector<GroundLayers::Layer> layers;
     for (const auto& source : sources)
-      layers.emplace_back(std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>()));
+      layers.emplace_back(
+          std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>()));
     return layers;
   }
 

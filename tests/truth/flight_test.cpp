@@ -10,8 +10,9 @@
 // real time, with data that come late; and with morphing switched off, which has to fail what the others pass.
 //
 // Watched are 600 places all along, and wherever a tile takes the place of another vertices of its mesh and places
-// between them. No place jumps by more than half a pixel, and with a memory no vertex of a new tile. What those jump
-// without one, and what lies between, is held to the tolerance and told: docs/measurements.md says what it comes to.
+// between them. No place jumps by more than half a pixel; on HEALPix without a memory those of new tiles, where a split
+// may begin from ground that is still on its way, are held to the tolerance and told: docs/measurements.md says what it
+// comes to.
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -150,7 +151,7 @@ class Watched {
 
  private:
   static constexpr std::size_t kPlaces = 600;
-  static constexpr int kPlacesATile = 20;  ///< at vertices, and as many between
+  static constexpr int kPlacesATile = 200;  ///< at vertices, and as many between
 
   double share() { return std::uniform_real_distribution(0.0, 1.0)(random_); }
 
@@ -266,8 +267,10 @@ class SlowFlight : public testing::TestWithParam<tiling::Scheme> {
   void expectSmooth(const char* what, const Flight& how) const {
     const Log log = flown(what, how);
     EXPECT_LE(log.places.worst_px, kAllowedJump_px);
-    EXPECT_LE(log.vertices.worst_px, how.remembers ? kAllowedJump_px : how.tolerance_px);
-    EXPECT_LE(log.between.worst_px, how.tolerance_px);
+    const bool isHeld = how.remembers || GetParam() != tiling::Scheme::healpix;
+    const double allowedInNew_px = isHeld ? kAllowedJump_px : std::max(how.tolerance_px, kAllowedJump_px);
+    EXPECT_LE(log.vertices.worst_px, allowedInNew_px);
+    EXPECT_LE(log.between.worst_px, allowedInNew_px);
   }
 
  private:
@@ -292,8 +295,8 @@ TEST_P(SlowFlight, popsWithoutMorphing) {
   const Flight abrupt{
       .morph = false, .from = 0.0, .seconds = 30.0, .framesASecond = truth::option("control-frames", 6.0)};
   const Log log = flown("without morphing", abrupt);
-  EXPECT_GT(log.vertices.worst_px, kClearJump_px);
-  EXPECT_GE(log.vertices.over, kClearJumps);
+  EXPECT_GT(std::max(log.vertices.worst_px, log.between.worst_px), kClearJump_px);
+  EXPECT_GE(log.vertices.over + log.between.over, kClearJumps);
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, SlowFlight,
