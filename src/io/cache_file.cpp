@@ -170,6 +170,25 @@ Result<void> CacheFile::renew(const CacheKey& key, UnixSeconds fetched, UnixSeco
   return (*update)->bind(1, key.dataset).bind(2, key.url).bind(3, fetched).bind(4, expires).run();
 }
 
+Result<void> CacheFile::erase(const CacheKey& key) {
+  const auto find = prepared(row_, "SELECT row FROM entries WHERE dataset = ?1 AND url = ?2");
+  if (!find) return tl::unexpected(find.error());
+  const Result<bool> there = (*find)->bind(1, key.dataset).bind(2, key.url).step();
+  if (!there) return tl::unexpected(there.error());
+  if (!*there) return {};
+  const std::int64_t row = (*find)->integer(0);
+  (*find)->reset();
+  return eraseRow(row);
+}
+
+Result<void> CacheFile::eraseRow(std::int64_t row) {
+  const auto body = prepared(eraseBody_, "DELETE FROM bodies WHERE row = ?1");
+  const auto entry = prepared(eraseEntry_, "DELETE FROM entries WHERE row = ?1");
+  if (!body || !entry) return tl::unexpected((body ? entry : body).error());
+  if (const auto done = (*body)->bind(1, row).run(); !done) return done;
+  return (*entry)->bind(1, row).run();
+}
+
 Result<void> CacheFile::markUsed(std::int64_t row, std::int64_t used_ms) {
   const auto update = prepared(markUsed_, "UPDATE entries SET used_ms = ?2 WHERE row = ?1 AND used_ms < ?2");
   if (!update) return tl::unexpected(update.error());
@@ -190,12 +209,8 @@ Result<void> CacheFile::shrinkTo(std::uint64_t bytes) {
       rows.push_back((*oldest)->integer(0));
     if (!more) return tl::unexpected(more.error());
     if (rows.empty()) return {};
-    const auto body = prepared(eraseBody_, "DELETE FROM bodies WHERE row = ?1");
-    const auto entry = prepared(eraseEntry_, "DELETE FROM entries WHERE row = ?1");
-    if (!body || !entry) return tl::unexpected((body ? entry : body).error());
     for (const std::int64_t row : rows) {
-      if (const auto done = (*body)->bind(1, row).run(); !done) return done;
-      if (const auto done = (*entry)->bind(1, row).run(); !done) return done;
+      if (const auto done = eraseRow(row); !done) return done;
       const Result<std::uint64_t> left = this->bytes();
       if (!left) return tl::unexpected(left.error());
       if (*left <= bytes) return {};

@@ -116,6 +116,10 @@ void ResourceDesk::leave(const std::shared_ptr<ResourceWaiter>& waiter) {
   if (job->fetch) fetcher_->cancel(*job->fetch);
 }
 
+void ResourceDesk::forget(const ResourceRequest& request) {
+  if (cache_) cache_->forget(cacheKeyOf(request));
+}
+
 void ResourceDesk::setPriority(const std::shared_ptr<ResourceWaiter>& waiter, double priority) {
   const std::scoped_lock lock(mutex_);
   waiter->priority = priority;

@@ -75,6 +75,32 @@ TEST_F(ResourcesCacheTest, WhatHasExpiredIsAskedForWithACondition) {
   }
 }
 
+TEST_F(ResourcesCacheTest, WhatIsForgottenIsAskedForAgainAndNotFoundOffline) {
+  for (const bool isWritten : {false, true}) {  // in the file already, or still waiting to be
+    folder.write("a", "spoilt");
+    ASSERT_EQ(text("/a"), "spoilt");
+    {
+      Resources resources(options);
+      const ResourceRequest request{.url = server.url("/a"), .dataset = "set"};
+      ASSERT_TRUE(resources.wait(request, kPatience_s));
+      folder.write("a", "well");
+      resources.forget(request);
+      resources.forget({.url = server.url("/never"), .dataset = "set"});
+      if (!isWritten) {
+        const auto answer = resources.wait(request, kPatience_s);
+        ASSERT_TRUE(answer && *answer);
+        EXPECT_EQ(textOf(**answer), "well");
+        resources.forget(request);
+      }
+    }
+    options.offline = true;
+    EXPECT_EQ(text("/a"), "!");
+    options.offline = false;
+    EXPECT_EQ(text("/a"), "well");
+    options.cacheFile += "2";
+  }
+}
+
 TEST_F(ResourcesCacheTest, LastModifiedIsAConditionToo) {
   folder.write("a", "first");
   server.tell("set?prefix=/a&header=Cache-Control:max-age=0&header=ETag:");
