@@ -170,6 +170,8 @@ std::string withCredentialsOf(std::string_view source, std::string_view url) {
   const Authority mine = authorityOf(source);
   const Authority theirs = authorityOf(url);
   if (mine.host.empty() || lowered(mine.host) != lowered(theirs.host)) return std::string(url);
+  const std::string scheme = lowered(url.substr(0, url.find("://")));
+  if (scheme != "https" && scheme != lowered(source.substr(0, source.find("://")))) return std::string(url);
   std::string result(url);
   if (!mine.user.empty() && theirs.user.empty()) result.insert(url.find("://") + 3, std::string(mine.user) + '@');
   for (const std::string_view item : itemsOf(partsOf(source).query)) {

@@ -28,7 +28,8 @@ std::string percentDecoded(std::string_view text);
 std::string withoutSecrets(std::string_view url);
 
 /// `url`, which a document of `source` names, with what `source` needs to be let in: user and password, keys and tokens
-/// of its query. Only to the same host; another one is told nothing.
+/// of its query. Only to the same host, by the same
+/// protocol or by https; another one is told nothing.
 std::string withCredentialsOf(std::string_view source, std::string_view url);
 
 /// The path of file://... or of what is no URL at all; nothing: it is somewhere else.
