@@ -1,8 +1,12 @@
 #include "io/cache_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -88,10 +92,25 @@ Result<void> prepareFile(const SqliteConnection& connection, SqliteConnection::M
   return *application == kApplicationId ? Result<void>{} : createTables(connection);
 }
 
+// Only for who made it: what a server shows to one account is nobody else's. The files beside it take its mode.
+void makePrivate(const std::filesystem::path& path) {
+  constexpr mode_t kMine = S_IRUSR | S_IWUSR;
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMine);
+  if (file < 0) return;  // SQLite tells why, and what cannot be written may still be read
+  ::close(file);
+  // One of an earlier program; somebody else's stays as it is.
+  for (const char* const ending : {"", "-wal", "-shm"}) {
+    std::error_code ignored;
+    std::filesystem::permissions(path.string() + ending,
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
+  }
+}
+
 }  // namespace
 
 Result<CacheFile> CacheFile::open(const std::filesystem::path& path, SqliteConnection::Mode mode,
                                   std::int64_t logBytes) {
+  if (mode == SqliteConnection::Mode::create) makePrivate(path);
   Result<SqliteConnection> connection = SqliteConnection::open(path, mode);
   if (!connection) return tl::unexpected(connection.error());
   if (const auto ready = prepareFile(*connection, mode, logBytes); !ready) return tl::unexpected(ready.error());
