@@ -19,7 +19,7 @@ control port say what to do; all answer 200.
 
 Faults: ok (for its header and latency), status (code=500, retry_after=TEXT), hang, slow (rate=BYTES a second), truncate,
 mislabel (type=MIME), other (path=/of/another/file), html, xml, redirect (to=URL), loop, endless, length (n=STATED), reset,
-gzip, bomb (n=UNPACKED BYTES, gzip), empty.
+gzip, bomb (n=UNPACKED BYTES, gzip), empty, cut (to half, without a length), spoil (a PNG's pixels; mended=1: with right checksums).
 """
 import argparse
 import collections
@@ -38,6 +38,7 @@ import time
 import urllib.error
 import urllib.parse
 import urllib.request
+import zlib
 
 EXCEPTION = b"""<?xml version="1.0" encoding="UTF-8"?>
 <ServiceExceptionReport version="1.3.0" xmlns="http://www.opengis.net/ogc">
@@ -273,6 +274,25 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.head(200, content_type, len(data), rule)
         self.body(data[:len(data) // 2])
         self.close_connection = True
+
+    def fault_cut(self, rule):
+        _, content_type, data = self.content()
+        self.close_connection = True
+        self.head(200, content_type, None, rule, [("Connection", "close")])
+        self.body(data[:len(data) // 2])
+
+    def fault_spoil(self, rule):
+        _, content_type, data = self.content()
+        at, out = 8, data[:8]
+        while at < len(data):
+            length, = struct.unpack(">I", data[at:at + 4])
+            name, body, checksum = data[at + 4:at + 8], data[at + 8:at + 8 + length], data[at + 8 + length:at + 12 + length]
+            if name == b"IDAT":
+                body = bytes(length)
+                checksum = struct.pack(">I", zlib.crc32(name + body)) if rule.get("mended") else checksum
+            out += data[at:at + 4] + name + body + checksum
+            at += 12 + length
+        self.send(200, content_type, out, rule)
 
     def fault_mislabel(self, rule):
         status, _, data = self.content()

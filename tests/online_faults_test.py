@@ -14,7 +14,7 @@ import unittest
 
 import map_servers
 import online_world
-from online_world import numpy
+from online_world import gdal, numpy
 
 SKIPPED = 77
 SIZE = "320x240"
@@ -31,6 +31,9 @@ FAULTS = {
     "hang": ({}, "hardly answers"),
     "slow": ({"rate": 100}, "hardly answers"),
     "truncate": ({}, "broke off"),
+    "spoil": ({}, "checksum"),
+    "spoil, with right checksums": ({"fault": "spoil", "mended": 1}, "PNG"),
+    "cut": ({}, "ends before it is complete"),
     "wrong size": ({"fault": "other", "path": "/small.png"}, "128 x 128 pixels"),
     "text": ({"fault": "other", "path": "/text.txt"}, "no image that is known here"),
     "html": ({}, "a page came instead of an image"),
@@ -60,6 +63,8 @@ class Faults(unittest.TestCase):
         shutil.rmtree(cls.work, ignore_errors=True)
         tree = cls.work / "tree"
         online_world.make_xyz(cls.source / "data/earth/bluemarble_dec2004_5400x2700.jpg", tree, FINEST)
+        for png in (tree / "xyz").rglob("*.png"):
+            gdal.GetDriverByName("GTiff").CreateCopy(str(png.with_suffix(".tif")), gdal.Open(str(png)), options=["COMPRESS=LZW"])
         online_world.write_png(tree / "small.png", numpy.zeros((3, 128, 128), "uint8"))
         (tree / "text.txt").write_text("no picture at all\n")
         cls.files = cls.enterClassContext(map_servers.FileServer(tree, cls.work / "nginx"))
@@ -145,6 +150,33 @@ class Faults(unittest.TestCase):
         _, errors = process.communicate(timeout=120)
         self.assertEqual((process.returncode, errors), (0, ""))
         self.assertEqual(out.read_bytes(), self.healthy.read_bytes())
+
+    def test_what_came_damaged_is_asked_for_again_and_not_kept(self):
+        """Images whose ends look right: each once, from one level; and one that stays so."""
+        tiffs = online_world.scene_file(self.work / "tiffs.toml", [{"source": self.proxy.url + "/xyz/{z}/{x}/{y}.tif", "max_level": FINEST}])
+        for name, scene, rule in (("cut tiff", tiffs, {"fault": "cut"}), ("spoilt", self.scene, {"fault": "spoil"}),
+                                  ("spoilt and mended", self.scene, {"fault": "spoil", "mended": 1})):
+            with self.subTest(name):
+                self.setUp()
+                once, offline = self.work / f"{name}.png", self.work / f"{name} offline.png"
+                words = [scene if word == self.scene else word for word in self.words(once)]
+                self.proxy.tell("set", **{"prefix": "/xyz/3", "times": 3, **rule})
+                done = self.of_cache(name).run(*words)
+                self.assertEqual(done.stderr, "")
+                self.assertEqual(once.read_bytes(), self.healthy.read_bytes())
+                self.assertEqual(max(self.proxy.state()["counts"].values()) > 1, True, "asked again")
+                self.of_cache(name).run(*words[:-1], offline, "--offline")
+                self.assertEqual(offline.read_bytes(), self.healthy.read_bytes())
+                # As long as it is damaged nothing of it is kept.
+                stays = self.work / f"{name} stays.png"
+                self.setUp()
+                self.proxy.tell("set", **{"prefix": "/xyz/3", **rule})
+                words = [scene if word == self.scene else word for word in self.words(stays, TIMEOUT_S)]
+                self.of_cache(name + " stays").run(*words, status=1)
+                offered = self.of_cache(name + " stays").run(*words, "--offline", status=1)
+                self.assertIn("could not be had --offline", offered.stderr)
+                self.assertNotIn("damaged", offered.stderr)
+                self.check_whole(stays)
 
     def test_a_flight_completes_by_itself_and_backs_off_meanwhile(self):
         self.proxy.tell("set", prefix="/xyz/3", fault="status")

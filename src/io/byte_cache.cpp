@@ -130,7 +130,9 @@ std::optional<CacheEntry> ByteCache::find(const CacheKey& key) {
     const std::scoped_lock lock(queueMutex_);
     for (const Changes* const changes : {&pending_, &writing_}) {
       const auto found = changes->find(key);
-      if (found != changes->end() && found->second.entry) return found->second.entry;
+      if (found == changes->end()) continue;
+      if (found->second.isForgotten) return std::nullopt;
+      if (found->second.entry) return found->second.entry;
     }
   }
   const std::scoped_lock reading(readMutex_);
@@ -177,6 +179,15 @@ void ByteCache::renew(const CacheKey& key, UnixSeconds fetched, UnixSeconds expi
     change.entry->fetched = fetched;
     change.entry->expires = expires;
   }
+  wake_.notify_all();
+}
+
+void ByteCache::forget(const CacheKey& key) {
+  const std::scoped_lock lock(queueMutex_);
+  Change& slot = pending_[key];
+  pendingBytes_ -= std::min(pendingBytes_, slot.entry ? slot.size() : 0);
+  slot = {.entry = std::nullopt, .isForgotten = true};
+  pendingBytes_ += slot.size();
   wake_.notify_all();
 }
 
@@ -249,8 +260,12 @@ Result<void> ByteCache::tryWrite(const Changes& changes, const Uses& uses) {
   if (done) done = writer_->shrinkTo(limit() - std::min(limit(), size));
   for (const auto& [key, change] : changes) {
     if (!done) break;
-    done =
-        change.entry ? writer_->write(key, *change.entry, now_ms) : writer_->renew(key, change.fetched, change.expires);
+    if (change.isForgotten) {
+      done = writer_->erase(key);
+    } else {
+      done = change.entry ? writer_->write(key, *change.entry, now_ms)
+                          : writer_->renew(key, change.fetched, change.expires);
+    }
   }
   const Result<std::uint64_t> bytes = writer_->bytes();
   if (done) done = writer_->commit();

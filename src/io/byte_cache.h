@@ -31,15 +31,18 @@ class ByteCache {
   std::optional<CacheEntry> find(const CacheKey& key);
   void keep(const CacheKey& key, CacheEntry entry);
   void renew(const CacheKey& key, UnixSeconds fetched, UnixSeconds expires);
+  /// From now on it is not found, and it goes from the file with the next write.
+  void forget(const CacheKey& key);
   /// Of the file, as of the last write of this process.
   std::uint64_t bytes() const;
 
  private:
-  // An entry to write, or new times for one that is there.
+  // An entry to write, new times for one that is there, or its end.
   struct Change {
     std::optional<CacheEntry> entry;
     UnixSeconds fetched = 0;
     UnixSeconds expires = 0;
+    bool isForgotten = false;
     std::uint64_t size() const;
   };
   using Changes = std::map<CacheKey, Change>;

@@ -1,8 +1,12 @@
 #include "io/cache_file.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -88,10 +92,25 @@ Result<void> prepareFile(const SqliteConnection& connection, SqliteConnection::M
   return *application == kApplicationId ? Result<void>{} : createTables(connection);
 }
 
+// Only for who made it: what a server shows to one account is nobody else's. The files beside it take its mode.
+void makePrivate(const std::filesystem::path& path) {
+  constexpr mode_t kMine = S_IRUSR | S_IWUSR;
+  const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMine);
+  if (file < 0) return;  // SQLite tells why, and what cannot be written may still be read
+  ::close(file);
+  // One of an earlier program; somebody else's stays as it is.
+  for (const char* const ending : {"", "-wal", "-shm"}) {
+    std::error_code ignored;
+    std::filesystem::permissions(path.string() + ending,
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
+  }
+}
+
 }  // namespace
 
 Result<CacheFile> CacheFile::open(const std::filesystem::path& path, SqliteConnection::Mode mode,
                                   std::int64_t logBytes) {
+  if (mode == SqliteConnection::Mode::create) makePrivate(path);
   Result<SqliteConnection> connection = SqliteConnection::open(path, mode);
   if (!connection) return tl::unexpected(connection.error());
   if (const auto ready = prepareFile(*connection, mode, logBytes); !ready) return tl::unexpected(ready.error());
@@ -170,6 +189,25 @@ Result<void> CacheFile::renew(const CacheKey& key, UnixSeconds fetched, UnixSeco
   return (*update)->bind(1, key.dataset).bind(2, key.url).bind(3, fetched).bind(4, expires).run();
 }
 
+Result<void> CacheFile::erase(const CacheKey& key) {
+  const auto find = prepared(row_, "SELECT row FROM entries WHERE dataset = ?1 AND url = ?2");
+  if (!find) return tl::unexpected(find.error());
+  const Result<bool> there = (*find)->bind(1, key.dataset).bind(2, key.url).step();
+  if (!there) return tl::unexpected(there.error());
+  if (!*there) return {};
+  const std::int64_t row = (*find)->integer(0);
+  (*find)->reset();
+  return eraseRow(row);
+}
+
+Result<void> CacheFile::eraseRow(std::int64_t row) {
+  const auto body = prepared(eraseBody_, "DELETE FROM bodies WHERE row = ?1");
+  const auto entry = prepared(eraseEntry_, "DELETE FROM entries WHERE row = ?1");
+  if (!body || !entry) return tl::unexpected((body ? entry : body).error());
+  if (const auto done = (*body)->bind(1, row).run(); !done) return done;
+  return (*entry)->bind(1, row).run();
+}
+
 Result<void> CacheFile::markUsed(std::int64_t row, std::int64_t used_ms) {
   const auto update = prepared(markUsed_, "UPDATE entries SET used_ms = ?2 WHERE row = ?1 AND used_ms < ?2");
   if (!update) return tl::unexpected(update.error());
@@ -190,12 +228,8 @@ Result<void> CacheFile::shrinkTo(std::uint64_t bytes) {
       rows.push_back((*oldest)->integer(0));
     if (!more) return tl::unexpected(more.error());
     if (rows.empty()) return {};
-    const auto body = prepared(eraseBody_, "DELETE FROM bodies WHERE row = ?1");
-    const auto entry = prepared(eraseEntry_, "DELETE FROM entries WHERE row = ?1");
-    if (!body || !entry) return tl::unexpected((body ? entry : body).error());
     for (const std::int64_t row : rows) {
-      if (const auto done = (*body)->bind(1, row).run(); !done) return done;
-      if (const auto done = (*entry)->bind(1, row).run(); !done) return done;
+      if (const auto done = eraseRow(row); !done) return done;
       const Result<std::uint64_t> left = this->bytes();
       if (!left) return tl::unexpected(left.error());
       if (*left <= bytes) return {};

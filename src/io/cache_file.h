@@ -49,6 +49,8 @@ class CacheFile {
   Result<void> write(const CacheKey& key, const CacheEntry& entry, std::int64_t used_ms);
   /// The server says that it is still good.
   Result<void> renew(const CacheKey& key, UnixSeconds fetched, UnixSeconds expires);
+  /// Nothing happens where it is not there.
+  Result<void> erase(const CacheKey& key);
   Result<void> markUsed(std::int64_t row, std::int64_t used_ms);
   /// Takes out the least recently used until the file, free pages aside, has at most so many bytes.
   Result<void> shrinkTo(std::uint64_t bytes);
@@ -65,10 +67,12 @@ class CacheFile {
 
  private:
   explicit CacheFile(SqliteConnection connection) : connection_(std::move(connection)) {}
+  Result<void> eraseRow(std::int64_t row);
   Result<SqliteStatement*> prepared(std::optional<SqliteStatement>& slot, std::string_view sql);
 
   SqliteConnection connection_;
-  std::optional<SqliteStatement> find_, writeEntry_, writeBody_, eraseBody_, renew_, markUsed_, oldest_, eraseEntry_;
+  std::optional<SqliteStatement> find_, writeEntry_, writeBody_, eraseBody_, renew_, markUsed_, oldest_, eraseEntry_,
+      row_;
 };
 
 }  // namespace tellurion::io

@@ -12,6 +12,7 @@
 
 #include "io/local_file.h"
 #include "io/transfer.h"
+#include "io/url_secrets.h"
 
 namespace tellurion::io {
 
@@ -43,7 +44,7 @@ std::string keyOf(const ResourceRequest& request) {
 }
 
 CacheKey cacheKeyOf(const ResourceRequest& request) {
-  return {.dataset = request.dataset, .url = request.url};
+  return {.dataset = request.dataset, .url = keptUrl(request.url)};
 }
 
 UnixSeconds wallClock() {
@@ -114,6 +115,10 @@ void ResourceDesk::leave(const std::shared_ptr<ResourceWaiter>& waiter) {
   jobs_.erase(job->key);
   job->lookUp.cancel();
   if (job->fetch) fetcher_->cancel(*job->fetch);
+}
+
+void ResourceDesk::forget(const ResourceRequest& request) {
+  if (cache_) cache_->forget(cacheKeyOf(request));
 }
 
 void ResourceDesk::setPriority(const std::shared_ptr<ResourceWaiter>& waiter, double priority) {

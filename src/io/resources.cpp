@@ -47,6 +47,10 @@ Resources::Ticket Resources::get(const ResourceRequest& request, double priority
   return ticket;
 }
 
+void Resources::forget(const ResourceRequest& request) {
+  state_->desk->forget(request);
+}
+
 Result<std::shared_ptr<const Resource>> Resources::wait(const ResourceRequest& request, double timeout_s) {
   std::optional<Result<std::shared_ptr<const Resource>>> result;
   // Its destruction waits for a callback that runs, so what that touches lives long enough.

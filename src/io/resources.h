@@ -87,7 +87,11 @@ class Resources {
   using Ready = std::function<void(Result<std::shared_ptr<const Resource>>)>;
   [[nodiscard]] Ticket get(const ResourceRequest& request, double priority, Ready ready);
 
-  /// The same, waited for. timeout_s over: a failure that says what the server's trouble is.
+  /// What came for a request is of no use after all, as the caller found out later than `check` could: it is kept no
+  /// longer, and who asks again has it from the server.
+  void forget(const ResourceRequest& request);
+
+  /// As get(), waited for. timeout_s over: a failure that says what the server's trouble is.
   Result<std::shared_ptr<const Resource>> wait(const ResourceRequest& request, double timeout_s);
   /// Ends all wait(), now and later, with Failure::Code::cancelled: who leaves does not wait for those who wait.
   void cancelWaits();

@@ -75,6 +75,65 @@ TEST_F(ResourcesCacheTest, WhatHasExpiredIsAskedForWithACondition) {
   }
 }
 
+TEST_F(ResourcesCacheTest, WhatIsForgottenIsAskedForAgainAndNotFoundOffline) {
+  for (const bool isWritten : {false, true}) {  // in the file already, or still waiting to be
+    folder.write("a", "spoilt");
+    ASSERT_EQ(text("/a"), "spoilt");
+    {
+      Resources resources(options);
+      const ResourceRequest request{.url = server.url("/a"), .dataset = "set"};
+      ASSERT_TRUE(resources.wait(request, kPatience_s));
+      folder.write("a", "well");
+      resources.forget(request);
+      resources.forget({.url = server.url("/never"), .dataset = "set"});
+      if (!isWritten) {
+        const auto answer = resources.wait(request, kPatience_s);
+        ASSERT_TRUE(answer && *answer);
+        EXPECT_EQ(textOf(**answer), "well");
+        resources.forget(request);
+      }
+    }
+    options.offline = true;
+    EXPECT_EQ(text("/a"), "!");
+    options.offline = false;
+    EXPECT_EQ(text("/a"), "well");
+    options.cacheFile += "2";
+  }
+}
+
+TEST_F(ResourcesCacheTest, TheFileIsPrivateAndTellsNoCredentials) {
+  namespace fs = std::filesystem;
+  const auto isPrivate = [](const fs::path& path) {
+    return (fs::status(path).permissions() & (fs::perms::group_all | fs::perms::others_all)) == fs::perms::none;
+  };
+  folder.write("a", "of me");
+  std::string url = server.url("/a?access_token=opensesame");
+  url.insert(url.find("://") + 3, "someone:hunter2@");
+  for (const bool isOld : {false, true}) {
+    if (isOld) fs::permissions(options.cacheFile, fs::perms::others_read, fs::perm_options::add);
+    Resources resources(options);
+    ASSERT_TRUE(resources.wait({.url = url, .dataset = "set"}, kPatience_s));
+    ASSERT_TRUE(eventually([&] { return resources.statistics().cacheBytes > 0; }));
+    for (const auto& entry : fs::directory_iterator(scratch.path())) {
+      EXPECT_TRUE(isPrivate(entry.path())) << entry.path();
+      std::ifstream file(entry.path(), std::ios::binary);
+      const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+      for (const char* secret : {"someone", "hunter2", "opensesame"})
+        EXPECT_EQ(bytes.find(secret), std::string::npos) << secret << " in " << entry.path();
+    }
+  }
+  // What was kept is found by who has the same, and by nobody else.
+  options.offline = true;
+  const auto isKept = [&](const std::string& other) {
+    return Resources(options).wait({.url = other, .dataset = "set"}, kPatience_s).has_value();
+  };
+  EXPECT_TRUE(isKept(url));
+  std::string another = url;
+  another.replace(another.find("hunter2"), 7, "hunter3");
+  EXPECT_FALSE(isKept(another));
+  EXPECT_FALSE(isKept(server.url("/a?access_token=opensesame")));
+}
+
 TEST_F(ResourcesCacheTest, LastModifiedIsAConditionToo) {
   folder.write("a", "first");
   server.tell("set?prefix=/a&header=Cache-Control:max-age=0&header=ETag:");

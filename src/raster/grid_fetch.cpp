@@ -8,9 +8,6 @@
 namespace tellurion::raster {
 namespace {
 
-/// A load that nobody prepared waits so long for a server in trouble.
-constexpr double kPatience_s = 60.0;
-
 bool isMissing(const GridFetch::Arrival& arrival) {
   return arrival && *arrival == nullptr;
 }
@@ -174,8 +171,16 @@ std::shared_ptr<const GridFetch::Arrival> GridFetch::arrived(const GridImageId& 
   return found == arrivals_.end() ? nullptr : found->second.lock();
 }
 
-GridFetch::Arrival GridFetch::wait(const GridImageId& id) const {
-  return resources_->wait(request_(id), kPatience_s);
+void GridFetch::reject(const GridImageId& id) {
+  {
+    const std::scoped_lock lock(mutex_);
+    arrivals_.erase(id);
+  }
+  resources_->forget(request_(id));
+}
+
+GridFetch::Arrival GridFetch::wait(const GridImageId& id, double patience_s) const {
+  return resources_->wait(request_(id), patience_s);
 }
 
 void GridFetch::keep(const GridImageId& id, const std::shared_ptr<const Arrival>& arrival) {

@@ -23,6 +23,9 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
   using Decoded = std::function<std::optional<std::shared_ptr<const void>>(const GridImageId&)>;
   using MakeRequest = std::function<io::ResourceRequest(const GridImageId&)>;
 
+  /// A load that nobody prepared waits so long for a server in trouble.
+  static constexpr double kPatience_s = 60.0;
+
   GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest request, std::shared_ptr<io::Resources> resources,
             Decoded decoded);
 
@@ -36,8 +39,10 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
 
   /// What some preparation holds.
   std::shared_ptr<const Arrival> arrived(const GridImageId& id) const;
+  /// What came for an image is of no use: whoever asks from now on has it from the server, by a request made anew.
+  void reject(const GridImageId& id);
   /// One image, waited for.
-  Arrival wait(const GridImageId& id) const;
+  Arrival wait(const GridImageId& id, double patience_s = kPatience_s) const;
 
  private:
   struct Batch;

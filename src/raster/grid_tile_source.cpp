@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <optional>
 #include <type_traits>
+#include <unordered_set>
 #include <utility>
 
 #include "raster/grid_fetch.h"
@@ -17,6 +20,9 @@ namespace {
 /// As LevelImages, a tenth: pixels must be finer by this than a tile's samples to be worth tiles below it.
 constexpr double kFiner = 1.1;
 
+/// A worker waits so long for the server to mend an image that could not be decoded: some tries of its backoff.
+constexpr double kSecondPatience_s = 10.0;
+
 template <class T>
 using ImageCache = SharedCache<GridImageId, Raster<T>, GridImageIdHash>;
 
@@ -25,21 +31,53 @@ std::uint64_t bytesOf(const Raster<T>& image) {
   return image.samples.size() * sizeof(T);
 }
 
-/// A service, and its requests with a check that what comes is an image.
+template <class T>
+std::optional<io::Failure> failureOf(const io::Result<T>& result) {
+  return result ? std::nullopt : std::optional(result.error());
+}
+
+/// Images whose bytes looked right and could not be decoded. Thread-safe.
+class Suspects {
+ public:
+  /// False: it was one already.
+  bool add(const GridImageId& id) {
+    const std::scoped_lock lock(mutex_);
+    return ids_.insert(id).second;
+  }
+  bool contains(const GridImageId& id) const {
+    const std::scoped_lock lock(mutex_);
+    return ids_.contains(id);
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::unordered_set<GridImageId, GridImageIdHash> ids_;
+};
+
+/// A service, and its requests with a check that what comes is an image: by what its file tells, and of suspects by
+/// decoding it, so that a damaged one is a bad answer of the server's as any other.
 struct Service {
   GridService service;
   std::shared_ptr<const GridGeometry> geometry;
+  std::shared_ptr<Suspects> suspects = std::make_shared<Suspects>();
 
   io::ResourceRequest request(const GridImageId& id) const {
     io::ResourceRequest request = service.request(id);
     const GridLevel& level = geometry->level(id.level);
     request.check = [own = std::move(request.check), width = level.imageWidth, height = level.imageHeight,
-                     kind = service.kind, heights = service.heights](const io::Resource& resource) {
+                     kind = service.kind, heights = service.heights, body = service.body,
+                     decodes = suspects->contains(id)](const io::Resource& resource) {
       if (own) {
         auto sound = own(resource);
         if (!sound || !*sound) return sound;
       }
-      return checkServiceImage(resource, width, height, kind, heights);
+      auto looked = checkServiceImage(resource, width, height, kind, heights);
+      if (!looked || !decodes) return looked;
+      const auto failure = kind == Kind::elevation
+                               ? failureOf(decodeServiceHeights(resource, width, height, heights, body))
+                               : failureOf(decodeServiceImage(resource, width, height, std::nullopt));
+      if (failure) return io::Result<bool>(tl::unexpected(*failure));
+      return looked;
     };
     return request;
   }
@@ -131,7 +169,16 @@ class GridTileSource final : public TileSource {
 
   io::Result<typename ImageCache<T>::Pointer> decode(const GridImageId& id) const {
     const auto arrival = fetch_->arrived(id);
-    const auto resource = arrival ? *arrival : fetch_->wait(id);
+    const GridFetch::Arrival came = arrival ? *arrival : fetch_->wait(id);
+    auto image = decode(id, came);
+    if (image || !came || image.error().code == io::Failure::Code::unsupported) return image;
+    const bool isFirst = service_->suspects->add(id);
+    fetch_->reject(id);
+    // Whoever prepares it from now on waits for a good one without a thread; who is here already has waited once.
+    return isFirst ? decode(id, fetch_->wait(id, kSecondPatience_s)) : image;
+  }
+
+  io::Result<typename ImageCache<T>::Pointer> decode(const GridImageId& id, const GridFetch::Arrival& resource) const {
     if (!resource) return tl::unexpected(resource.error());
     if (!*resource) return nullptr;
     auto image = service_->decode(**resource, geometry_->level(id.level), T{});

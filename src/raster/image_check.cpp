@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <string>
 #include <string_view>
 
-#include "raster/codec.h"
+#include "raster/picture_file.h"
 #include "raster/service_exception.h"
 #include "raster/service_url.h"
 #include "raster/xml_document.h"
@@ -49,59 +48,22 @@ io::Result<bool> checkSize(int width, int height, const ExpectedImage& expected)
                                              width, height, expected.width, expected.height));
 }
 
-bool isTiff(std::string_view letters) {
-  using namespace std::string_view_literals;
-  return letters.starts_with("II*\0"sv) || letters.starts_with("MM\0*"sv) || letters.starts_with("II+\0"sv) ||
-         letters.starts_with("MM\0+"sv);
-}
-
-/// GIF has no decoder of ours behind readImageHeader: last resort, by GDAL (service_image.h).
-io::Result<bool> checkGif(std::string_view letters, const ExpectedImage& expected) {
-  if (expected.kind == Kind::elevation)
-    return io::fail(Code::unsupported, "heights came as a GIF, which has 256 colours; ask for another format");
-  if (letters.size() < 10) return io::fail(Code::corrupt, "the image ends before it is complete");
-  const auto number = [&](std::size_t i) {
-    return static_cast<unsigned char>(letters[i]) + 256 * static_cast<unsigned char>(letters[i + 1]);
-  };
-  if (auto right = checkSize(number(6), number(8), expected); !right) return right;
-  const std::size_t last = letters.find_last_not_of('\0');
-  if (letters[last] != ';') return io::fail(Code::corrupt, "the image ends before it is complete");
-  return true;
-}
-
-/// Whether the trailer of the format is there; servers may add a few bytes behind it.
-bool isComplete(std::string_view letters, ImageFormat format) {
-  constexpr std::size_t kMostAfter = 1024;
-  const std::string_view tail = letters.substr(letters.size() - std::min(letters.size(), kMostAfter));
-  switch (format) {
-    case ImageFormat::png:
-      return tail.find("IEND\xAE\x42\x60\x82") != tail.npos;
-    case ImageFormat::jpeg:
-      return tail.find("\xFF\xD9") != tail.npos;
-    case ImageFormat::webp: {
-      std::size_t size = 8;
-      for (std::size_t i = 0; i < 4; ++i)
-        size += static_cast<std::size_t>(static_cast<unsigned char>(letters[4 + i])) << (8 * i);
-      return letters.size() >= size;
-    }
-  }
-  return false;
-}
-
-io::Result<bool> checkPicture(const io::Resource& resource, std::string_view letters, const ExpectedImage& expected) {
-  const auto header = readImageHeader(resource.bytes);
-  if (!header) {
+io::Result<bool> checkPicture(const io::Resource& resource, const ExpectedImage& expected) {
+  const auto format = pictureFormatOf(resource.bytes);
+  if (!format) {
     return io::fail(
         Code::corrupt,
         fmt::format("what came is no image that is known here (PNG, JPEG, WebP, TIFF, GIF); the server calls it "
                     "'{}', it has {} bytes",
                     onOneLine(resource.contentType), resource.bytes.size()));
   }
-  if (expected.kind == Kind::elevation && header->format == ImageFormat::jpeg)
+  if (expected.kind == Kind::elevation && format == PictureFormat::jpeg)
     return io::fail(Code::unsupported, "heights came as a JPEG, which changes them; ask for another format");
-  if (auto right = checkSize(header->width, header->height, expected); !right) return right;
-  if (!isComplete(letters, header->format)) return io::fail(Code::corrupt, "the image ends before it is complete");
-  return true;
+  if (expected.kind == Kind::elevation && format == PictureFormat::gif)
+    return io::fail(Code::unsupported, "heights came as a GIF, which has 256 colours; ask for another format");
+  const auto size = sizeOfWholePicture(resource.bytes);
+  if (!size) return tl::unexpected(size.error());
+  return checkSize(size->width, size->height, expected);
 }
 
 }  // namespace
@@ -119,16 +81,14 @@ io::Result<bool> checkImage(const io::Resource& resource, const ExpectedImage& e
   if (first != letters.npos && letters[first] == '<') return answerInMarkup(resource, letters, expected.ready);
   if (first != letters.npos && letters[first] == '{')
     return io::fail(Code::ioError, "the server says: " + onOneLine(letters.substr(first, kLongestComplaint)));
-  if (isTiff(letters)) return true;
-  if (letters.starts_with("GIF87a") || letters.starts_with("GIF89a")) return checkGif(letters, expected);
-  if (expected.rawSampleBytes > 0) {
+  if (expected.rawSampleBytes > 0 && !pictureFormatOf(resource.bytes)) {
     return io::fail(Code::corrupt,
                     fmt::format("raw heights of {} bytes came, not the {} of {} x {} samples; zipped "
                                 "tiles are not read",
                                 letters.size(), samples * static_cast<std::size_t>(expected.rawSampleBytes),
                                 expected.width, expected.height));
   }
-  return checkPicture(resource, letters, expected);
+  return checkPicture(resource, expected);
 }
 
 }  // namespace tellurion::raster

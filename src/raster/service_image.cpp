@@ -13,6 +13,7 @@
 #include "raster/colour_bands.h"
 #include "raster/gdal_session.h"
 #include "raster/height_band.h"
+#include "raster/picture_file.h"
 
 namespace tellurion::raster {
 namespace {
@@ -24,22 +25,8 @@ std::string_view textOf(const io::Resource& resource) {
   return {reinterpret_cast<const char*>(resource.bytes.data()), resource.bytes.size()};
 }
 
-bool isJpeg(std::string_view bytes) {
-  return bytes.starts_with("\xff\xd8\xff");
-}
-bool isPng(std::string_view bytes) {
-  return bytes.starts_with("\x89PNG\r\n\x1a\n");
-}
-bool isWebp(std::string_view bytes) {
-  return bytes.starts_with("RIFF") && bytes.substr(0, 12).ends_with("WEBP");
-}
-bool isGif(std::string_view bytes) {
-  return bytes.starts_with("GIF87a") || bytes.starts_with("GIF89a");
-}
-bool isTiff(std::string_view bytes) {
-  using namespace std::string_view_literals;
-  return bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv) || bytes.starts_with("II+\0"sv) ||
-         bytes.starts_with("MM\0+"sv);
+bool isA(PictureFormat format, const io::Resource& resource) {
+  return pictureFormatOf(resource.bytes) == format;
 }
 
 bool isRaw(const io::Resource& resource, int width, int height) {
@@ -135,7 +122,7 @@ Raster<float> decodeRaw(const io::Resource& resource, int width, int height, con
 
 io::Result<Raster<float>> decodeBand(const io::Resource& resource, int width, int height,
                                      const HeightEncoding& encoding, const geo::Body& body) {
-  if (isRaw(resource, width, height) && !isTiff(textOf(resource)) && !isPng(textOf(resource))) {
+  if (isRaw(resource, width, height) && !isA(PictureFormat::tiff, resource) && !isA(PictureFormat::png, resource)) {
     return decodeRaw(resource, width, height, encoding, HeightScale(encoding.scale, encoding.offset_m, body));
   }
   const GdalMessages messages;
@@ -201,26 +188,14 @@ io::Result<bool> checkSize(int foundWidth, int foundHeight, int width, int heigh
                                              foundHeight, width, height));
 }
 
-/// Servers and proxies that cut an image short leave out its end mark; a little may follow it.
-bool hasEndMark(std::string_view bytes) {
-  constexpr std::size_t kTail = 1024;
-  const std::string_view tail = bytes.substr(bytes.size() - std::min(kTail, bytes.size()));
-  if (isJpeg(bytes)) return tail.find("\xff\xd9") != std::string_view::npos;
-  if (isPng(bytes)) return tail.find("IEND") != std::string_view::npos;
-  if (isWebp(bytes)) {
-    const auto byteAt = [&](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(bytes[i])); };
-    return bytes.size() >= 8 + byteAt(4) + (byteAt(5) << 8u) + (byteAt(6) << 16u) + (byteAt(7) << 24u);
-  }
-  return true;
-}
-
 }  // namespace
 
 io::Result<Raster<Rgba8>> decodeServiceImage(const io::Resource& resource, int width, int height,
                                              const std::optional<Rgba8>& transparent) {
-  const std::string_view bytes = textOf(resource);
-  auto image = isGif(bytes) || isTiff(bytes) ? decodeWithGdal(resource, width, height)
-                                             : decodeImage(resource.bytes, width, height);
+  const auto format = pictureFormatOf(resource.bytes);
+  auto image = format == PictureFormat::gif || format == PictureFormat::tiff
+                   ? decodeWithGdal(resource, width, height)
+                   : decodeImage(resource.bytes, width, height);
   if (image && transparent) {
     for (Rgba8& p : image->samples) {
       if (p.r == transparent->r && p.g == transparent->g && p.b == transparent->b) p = {};
@@ -232,7 +207,7 @@ io::Result<Raster<Rgba8>> decodeServiceImage(const io::Resource& resource, int w
 io::Result<Raster<float>> decodeServiceHeights(const io::Resource& resource, int width, int height,
                                                const HeightEncoding& encoding, const geo::Body& body) {
   if (encoding.kind == HeightEncoding::Kind::band) return decodeBand(resource, width, height, encoding, body);
-  if (isJpeg(textOf(resource))) {
+  if (isA(PictureFormat::jpeg, resource)) {
     return io::fail(Code::unsupported, "heights in colours do not survive JPEG; ask for PNG or WebP");
   }
   auto image = decodeServiceImage(resource, width, height, std::nullopt);
@@ -249,20 +224,11 @@ io::Result<Raster<float>> decodeServiceHeights(const io::Resource& resource, int
 
 io::Result<bool> checkServiceImage(const io::Resource& resource, int width, int height, Kind kind,
                                    const HeightEncoding& encoding) {
-  const std::string_view bytes = textOf(resource);
-  if (isJpeg(bytes) || isPng(bytes) || isWebp(bytes)) {
-    const auto header = readImageHeader(resource.bytes);
-    if (!header) return tl::unexpected(header.error());
-    if (!hasEndMark(bytes)) return io::fail(Code::corrupt, "the image ends early");
-    return checkSize(header->width, header->height, width, height);
+  if (pictureFormatOf(resource.bytes)) {
+    const auto size = sizeOfWholePicture(resource.bytes);
+    if (!size) return tl::unexpected(size.error());
+    return checkSize(size->width, size->height, width, height);
   }
-  if (isGif(bytes) && bytes.size() >= 10) {
-    const auto number = [&](std::size_t i) {
-      return static_cast<unsigned char>(bytes[i]) + 256 * static_cast<unsigned char>(bytes[i + 1]);
-    };
-    return checkSize(number(6), number(8), width, height);
-  }
-  if (isTiff(bytes)) return true;
   if (kind == Kind::elevation && encoding.kind == HeightEncoding::Kind::band && isRaw(resource, width, height)) {
     return true;
   }

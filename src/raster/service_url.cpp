@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 
 namespace tellurion::raster {
@@ -38,12 +37,6 @@ std::vector<std::string_view> itemsOf(std::string_view query) {
 
 std::string_view keyOf(std::string_view item) {
   return item.substr(0, item.find('='));
-}
-
-bool isSecret(std::string_view key) {
-  constexpr std::array kSecrets = {"token", "key", "passw", "pwd", "secret", "sig", "auth", "credential"};
-  const std::string lower = lowered(key);
-  return std::ranges::any_of(kSecrets, [&](const char* word) { return lower.find(word) != lower.npos; });
 }
 
 /// Where the path begins: after scheme and host.
@@ -139,21 +132,6 @@ std::string_view withoutQuery(std::string_view url) {
   return partsOf(url).beforeQuery;
 }
 
-std::string withoutSecrets(std::string_view url) {
-  const UrlParts parts = partsOf(url);
-  std::string shown(parts.beforeQuery);
-  if (const Authority authority = authorityOf(url); !authority.user.empty())
-    shown.erase(shown.find("://") + 3, authority.user.size() + 1);
-  char separator = '?';
-  for (const std::string_view item : itemsOf(parts.query)) {
-    const std::string_view key = keyOf(item);
-    shown += separator;
-    shown += isSecret(key) ? std::string(key) + "=***" : std::string(item);
-    separator = '&';
-  }
-  return shown;
-}
-
 std::optional<std::string> localPath(std::string_view source) {
   if (source.starts_with(kFileScheme)) return percentDecoded(source.substr(kFileScheme.size()));
   if (source.find("://") != source.npos) return std::nullopt;
@@ -170,10 +148,12 @@ std::string withCredentialsOf(std::string_view source, std::string_view url) {
   const Authority mine = authorityOf(source);
   const Authority theirs = authorityOf(url);
   if (mine.host.empty() || lowered(mine.host) != lowered(theirs.host)) return std::string(url);
+  const std::string scheme = lowered(url.substr(0, url.find("://")));
+  if (scheme != "https" && scheme != lowered(source.substr(0, source.find("://")))) return std::string(url);
   std::string result(url);
   if (!mine.user.empty() && theirs.user.empty()) result.insert(url.find("://") + 3, std::string(mine.user) + '@');
   for (const std::string_view item : itemsOf(partsOf(source).query)) {
-    if (!isSecret(keyOf(item)) || queryValue(url, keyOf(item))) continue;
+    if (!io::isSecret(keyOf(item)) || queryValue(url, keyOf(item))) continue;
     result += (result.find('?') == result.npos ? "?" : result.ends_with('?') || result.ends_with('&') ? "" : "&");
     result += item;
   }

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "io/url_secrets.h"
+
 /// URLs of map servers: pure text.
 namespace tellurion::raster {
 
@@ -24,11 +26,11 @@ std::string_view withoutQuery(std::string_view url);
 std::string percentEncoded(std::string_view text, std::string_view keep = {});
 std::string percentDecoded(std::string_view text);
 
-/// For messages and names: user and password are left out, values of keys, tokens and signatures are '***'.
-std::string withoutSecrets(std::string_view url);
+using io::withoutSecrets;
 
 /// `url`, which a document of `source` names, with what `source` needs to be let in: user and password, keys and tokens
-/// of its query. Only to the same host; another one is told nothing.
+/// of its query. Only to the same host, by the same
+/// protocol or by https; another one is told nothing.
 std::string withCredentialsOf(std::string_view source, std::string_view url);
 
 /// The path of file://... or of what is no URL at all; nothing: it is somewhere else.

@@ -36,6 +36,11 @@ TEST(ServiceUrl, CredentialsGoToTheSameHostOnly) {
   EXPECT_EQ(withCredentialsOf(source, "http://h/other?Token=u"), "http://me:pw@h/other?Token=u");
   EXPECT_EQ(withCredentialsOf(source, "http://evil/other"), "http://evil/other");
   EXPECT_EQ(withCredentialsOf(source, "http://h.evil/other"), "http://h.evil/other");
+  const char* safe = "https://me:pw@h/wms?token=t";
+  EXPECT_EQ(withCredentialsOf(safe, "HTTPS://H/other?"), "HTTPS://me:pw@H/other?token=t");
+  EXPECT_EQ(withCredentialsOf(source, "https://h/other?"), "https://me:pw@h/other?token=t");
+  for (const char* inClear : {"http://h/other", "HTTP://h/other?a=b", "ftp://h/other"})
+    EXPECT_EQ(withCredentialsOf(safe, inClear), inClear);
   EXPECT_EQ(withCredentialsOf("capabilities.xml", "http://h/wms"), "http://h/wms");
 }
 
