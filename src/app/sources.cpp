@@ -4,6 +4,8 @@
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <unordered_set>
 
 #include "app/scene_entry.h"
 #include "app/standard_output.h"
@@ -51,6 +53,7 @@ nlohmann::ordered_json jsonOf(const raster::LayerOffer& layer) {
   json["crs_count"] = layer.crsCount;
   json["formats"] = layer.formats;
   json["styles"] = layer.styles;
+  json["style_count"] = layer.styleCount;
   json["matrix_sets"] = layer.matrixSets;
   json["times"] = layer.times;
   json["default_time"] = layer.defaultTime;
@@ -120,7 +123,7 @@ std::vector<std::string> rowOf(const raster::LayerOffer& layer) {
           cell(layer.title, kWidestTitle),
           boxText(layer),
           someOf(layer.crs, 3, layer.crsCount),
-          cell(someOf(layer.styles, 3, layer.styles.size()), kWidestTitle),
+          cell(someOf(layer.styles, 3, layer.styleCount), kWidestTitle),
           cell(layer.times, kWidestName),
           limitsOf(layer)};
 }
@@ -154,9 +157,10 @@ std::string textOf(const raster::ServiceOffers& offers, const std::string& sourc
   fmt::format_to(out, "{}: {}{}{}{}\n", raster::withoutSecrets(source), offers.type, offers.version.empty() ? "" : " ",
                  raster::onOneLine(offers.version), offers.title.empty() ? "" : ", " + offers.title);
   std::vector<std::string> formats;
+  std::unordered_set<std::string_view> known;
   for (const raster::LayerOffer& layer : offers.layers)
     for (const std::string& format : layer.formats)
-      if (!format.empty() && std::ranges::find(formats, format) == formats.end()) formats.push_back(format);
+      if (!format.empty() && known.insert(format).second) formats.push_back(format);
   constexpr std::size_t kMostFormats = 12;
   if (!formats.empty())
     fmt::format_to(out, "formats: {}\n", raster::onOneLine(someOf(formats, kMostFormats, formats.size())));
@@ -201,15 +205,14 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   const std::string title = raster::onOneLine(layer.title);
   if (!title.empty()) fmt::format_to(out, "# {}\n", title);
   text += tomlOf(entry, kind);
-  const auto choice = [&](const char* key, const std::vector<std::string>& all) {
+  const auto choice = [&](const char* key, const std::vector<std::string>& some, std::size_t count) {
     constexpr std::size_t kMost = 12;
-    if (all.size() > 1)
-      fmt::format_to(out, "# {} may be one of: {}\n", key, raster::onOneLine(someOf(all, kMost, all.size())));
+    if (count > 1) fmt::format_to(out, "# {} may be one of: {}\n", key, raster::onOneLine(someOf(some, kMost, count)));
   };
-  choice("style", layer.styles);
-  choice("format", layer.formats);
-  choice("matrix_set", layer.matrixSets);
-  choice("crs", layer.crs);
+  choice("style", layer.styles, layer.styleCount);
+  choice("format", layer.formats, layer.formats.size());
+  choice("matrix_set", layer.matrixSets, layer.matrixSets.size());
+  choice("crs", layer.crs, layer.crsCount);
   if (!layer.times.empty()) {
     fmt::format_to(out, "# time: {}{}\n", raster::onOneLine(layer.times),
                    layer.defaultTime.empty() ? "" : "; without it " + raster::onOneLine(layer.defaultTime));

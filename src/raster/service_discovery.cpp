@@ -45,10 +45,7 @@ io::Result<FoundService> readDocument(const XmlElement& root, const std::string&
   if (found.type == "wmts") return described(std::move(found), parseWmtsCapabilities(root, where));
   if (found.type == "worldwind") return described(std::move(found), parseWorldWindConfiguration(root, where));
   if (root.name == "TileMap") return described(std::move(found), parseTileMap(root, where));
-  if (found.type == "tms") {
-    found.description = parseTileMapService(root);
-    return found;
-  }
+  if (found.type == "tms") return described(std::move(found), parseTileMapService(root, where));
   if (const auto text = serviceExceptionText(root)) return io::fail(Code::ioError, "the server says: " + *text, where);
   return io::fail(Code::corrupt, fmt::format("no document of a map service is there, but a <{}>", onOneLine(root.name)),
                   where);

@@ -15,12 +15,13 @@ struct LayerOffer {
   std::string title;
   std::string abstract;
   int depth = 0;
-  Kind kind = Kind::imagery;     ///< what the server says it is; most do not say
-  std::vector<std::string> crs;  ///< names as referenceName() writes them, those that we prefer first, at most 64
-  std::size_t crsCount = 0;      ///< of all
-  std::vector<std::string> formats;
-  std::vector<std::string> styles;
-  std::vector<std::string> matrixSets;
+  Kind kind = Kind::imagery;         ///< what the server says it is; most do not say
+  std::vector<std::string> crs;      ///< names as referenceName() writes them, those that we prefer first, at most 64
+  std::size_t crsCount = 0;          ///< of all
+  std::vector<std::string> formats;  ///< at most 64
+  std::vector<std::string> styles;   ///< at most 64
+  std::size_t styleCount = 0;        ///< of all
+  std::vector<std::string> matrixSets;               ///< at most 64
   std::string times;                                 ///< for people; empty: no time
   std::string defaultTime;                           ///< empty: none is stated
   std::optional<std::array<double, 4>> box_degrees;  ///< west, south, east, north
@@ -39,7 +40,8 @@ struct ServiceOffers {
   std::vector<LayerOffer> layers;
 };
 
-/// What is at `entry.source`. Of the entry only source, type and version count. Waits for the network.
+/// What is at `entry.source`. Of the entry only source, type and version count. Fails where the lists of all layers
+/// take more than 64 MiB, which no service known to us comes near. Waits for the network.
 io::Result<ServiceOffers> listService(const ServiceLayer& entry, io::Resources& resources);
 
 }  // namespace tellurion::raster

@@ -7,6 +7,9 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <numeric>
+#include <tuple>
 
 namespace tellurion::raster {
 namespace {
@@ -62,6 +65,8 @@ bool takeTimeOfDay(std::string_view& text, double& seconds) {
   return parts[0] <= 24 && parts[1] < 60 && parts[2] <= 60;
 }
 
+constexpr int kMostMonths = 120'000;  // more than from year 0 to 9999
+
 /// Whole months, and seconds.
 struct Period {
   int months = 0;
@@ -83,9 +88,9 @@ std::optional<Period> periodFrom(std::string_view text) {
     if (error != std::errc{} || end == text.data() + text.size() || !(count >= 0.0 && count < 1e9)) return std::nullopt;
     text.remove_prefix(static_cast<std::size_t>(end - text.data()));
     if (!isTime && take(text, 'Y')) {
-      out.months += 12 * static_cast<int>(std::min(count, 1e4));
+      out.months = std::min(out.months + 12 * static_cast<int>(std::min(count, 1e4)), kMostMonths);
     } else if (!isTime && take(text, 'M')) {
-      out.months += static_cast<int>(std::min(count, 1e5));
+      out.months = std::min(out.months + static_cast<int>(std::min(count, 1e5)), kMostMonths);
     } else if (!isTime && take(text, 'W')) {
       out.seconds += 7 * 86400.0 * count;
     } else if (!isTime && take(text, 'D')) {
@@ -114,43 +119,97 @@ double later(double start_s, const Period& period, double times) {
   return static_cast<double>(whole) * 86400.0 + (start_s - days * 86400.0) + times * period.seconds;
 }
 
-/// Those of a span, named as exactly as its start.
-void addSteps(const TimeSpan& span, std::size_t most, std::vector<TimeStep>& steps) {
-  const auto start = secondsOfTime(span.start);
-  if (!start) return;
-  steps.push_back({.time_s = *start, .name = span.start});
-  const auto end = secondsOfTime(span.end);
-  if (!end || !(*end > *start)) return;
-  const auto period = periodFrom(span.period);
-  if (!period) {
-    steps.push_back({.time_s = *end, .name = span.end});
-    return;
+/// A span that can be read: steps from start_s on, every period.
+struct Run {
+  double start_s = 0.0;
+  double end_s = 0.0;  ///< none is later
+  std::optional<Period> period;
+  const TimeSpan* span = nullptr;
+
+  double at(double index) const { return period ? later(start_s, *period, index) : start_s; }
+  /// No step that is not after the end has a larger index.
+  double lastIndex() const {
+    if (!period) return 0.0;
+    constexpr double kMeanMonth_s = 30.436875 * 86400.0;
+    const double length_s = period->months * kMeanMonth_s + period->seconds;
+    return std::floor((end_s - start_s) / length_s) + (period->months > 0 ? 2.0 : 1.0);
   }
-  double index = 1.0;
-  if (period->months == 0)
-    index = std::max(1.0, std::floor((*end - *start) / period->seconds) - static_cast<double>(most));
-  const bool isDay = span.start.find('T') == std::string::npos && std::fmod(period->seconds, 86400.0) == 0.0;
-  for (std::size_t i = 0; i <= most; ++i, index += 1.0) {
-    const double time_s = later(*start, *period, index);
-    if (time_s > *end) return;
-    steps.push_back({.time_s = time_s, .name = isoTime(time_s).substr(0, isDay ? 10 : 20)});
+};
+
+/// In the order of the extent.
+std::vector<Run> runsOf(std::span<const TimeSpan> extent) {
+  std::vector<Run> runs;
+  for (const TimeSpan& span : extent) {
+    const auto start = secondsOfTime(span.start);
+    if (!start) continue;
+    Run run{*start, *start, std::nullopt, &span};
+    const auto end = secondsOfTime(span.end);
+    if (end && *end > *start) run.period = periodFrom(span.period);
+    // Steps are named in whole seconds: finer ones would be the same.
+    if (run.period && run.period->months == 0) run.period->seconds = std::max(run.period->seconds, 1.0);
+    if (run.period) run.end_s = *end;
+    runs.push_back(run);
+    if (end && *end > *start && !run.period) runs.push_back({*end, *end, std::nullopt, &span});
   }
+  return runs;
+}
+
+/// A step that has no name yet.
+struct Found {
+  double time_s = 0.0;
+  bool isComputed = false;  ///< else one that the extent names
+  std::size_t run = 0;
+};
+
+/// The last `most`, in the order of time, each once: those that are named go before computed ones.
+void keepLast(std::size_t most, std::vector<Found>& found) {
+  std::ranges::sort(found, {}, [](const Found& f) { return std::tuple(f.time_s, f.isComputed, f.run); });
+  const auto [first, last] = std::ranges::unique(found, {}, &Found::time_s);
+  found.erase(first, last);
+  if (found.size() > most) found.erase(found.begin(), found.end() - static_cast<std::ptrdiff_t>(most));
+}
+
+/// Those of a run later than `after_s`, from its end back; at most `most`.
+void addSteps(const Run& run, std::size_t place, double after_s, std::size_t most, std::vector<Found>& found) {
+  std::size_t count = 0;
+  for (double index = run.lastIndex(); index >= 0.0 && count < most; index -= 1.0) {
+    const double time_s = run.at(index);
+    if (time_s > run.end_s) continue;
+    if (time_s <= after_s) return;
+    found.push_back({time_s, index > 0.0, place});
+    ++count;
+  }
+}
+
+std::string nameOf(const Found& found, const Run& run) {
+  if (!found.isComputed) return found.time_s == secondsOfTime(run.span->start) ? run.span->start : run.span->end;
+  const bool isDay = run.span->start.find('T') == std::string::npos && std::fmod(run.period->seconds, 86400.0) == 0.0;
+  return isoTime(found.time_s).substr(0, isDay ? 10 : 20);
 }
 
 }  // namespace
 
 std::vector<TimeStep> timeSteps(std::span<const TimeSpan> extent, std::size_t most) {
-  std::vector<TimeStep> steps;
-  for (const TimeSpan& span : extent) {
-    addSteps(span, most, steps);
-    if (steps.size() <= 4 * most) continue;
-    std::ranges::stable_sort(steps, {}, &TimeStep::time_s);
-    steps.erase(steps.begin(), steps.end() - static_cast<std::ptrdiff_t>(most));
+  constexpr std::size_t kMostRounds = 16;
+  const std::vector<Run> runs = runsOf(extent);
+  std::vector<std::size_t> order(runs.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t i) { return runs[i].end_s; });
+  std::vector<Found> found;
+  double after_s = -std::numeric_limits<double>::infinity();  // as many are known that are later
+  std::size_t rounds = 0;
+  for (const std::size_t i : order) {
+    if (runs[i].end_s <= after_s || rounds == kMostRounds) break;
+    addSteps(runs[i], i, after_s, most, found);
+    if (found.size() < 2 * most) continue;
+    keepLast(most, found);
+    if (found.size() == most && most > 0) after_s = found.front().time_s;
+    ++rounds;
   }
-  std::ranges::stable_sort(steps, {}, &TimeStep::time_s);
-  const auto [first, last] = std::ranges::unique(steps, {}, &TimeStep::time_s);
-  steps.erase(first, last);
-  if (steps.size() > most) steps.erase(steps.begin(), steps.end() - static_cast<std::ptrdiff_t>(most));
+  keepLast(most, found);
+  std::vector<TimeStep> steps;
+  for (const Found& one : found)
+    steps.push_back({.time_s = one.time_s, .name = nameOf(one, runs[one.run])});
   return steps;
 }
 
@@ -164,7 +223,14 @@ std::string isoTime(double time_s) {
 }
 
 std::vector<TimeSpan> parseTimeExtent(std::string_view text) {
+  constexpr std::size_t kMostSpans = 100'000;
   std::vector<TimeSpan> extent;
+  std::size_t commas = 0;
+  for (std::size_t at = text.size(); at > 0; --at) {
+    if (text[at - 1] != ',' || ++commas < kMostSpans) continue;
+    text = text.substr(at);
+    break;
+  }
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
     std::string_view part = trimmed(text.substr(0, comma));

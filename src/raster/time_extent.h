@@ -15,7 +15,8 @@ struct TimeSpan {
   std::string period;  ///< "P1D", "PT5M"; empty: not stated, any time between
 };
 
-/// "2000-01-01,2001-01-01/2002-01-01/P1M": instants and spans, parted by commas. Empty parts are passed over.
+/// "2000-01-01,2001-01-01/2002-01-01/P1M": instants and spans, parted by commas. Empty parts are passed over; of more
+/// than 100,000 parts the last are read.
 std::vector<TimeSpan> parseTimeExtent(std::string_view text);
 
 /// Seconds since 1970-01-01T00:00:00Z of an ISO 8601 instant of any precision, from a year to fractions of a second:
@@ -36,8 +37,9 @@ struct TimeStep {
 };
 
 /// All instants, those of spans with a period spelled out (months and years by the calendar, from the start), in the
-/// order of time, each once: the last `most` of them. Of spans without a period their start and end. What cannot be
-/// read is passed over.
+/// order of time, each once: the last `most` of them. Of spans without a period their start and end; steps closer than
+/// a second count as a second apart. What cannot be read is passed over. At most 32 times `most` steps and the number
+/// of spans are computed: where many long spans overlap, those that end first may be left out.
 std::vector<TimeStep> timeSteps(std::span<const TimeSpan> extent, std::size_t most);
 
 /// "2004-01-31T12:00:00Z" of seconds since 1970-01-01T00:00:00Z, rounded down to whole ones. Of years from 0 to 9999.

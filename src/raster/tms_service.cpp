@@ -146,11 +146,14 @@ io::Result<TileMap> parseTileMap(const XmlElement& root, const std::string& wher
   return map;
 }
 
-std::vector<TileMapReference> parseTileMapService(const XmlElement& root) {
+io::Result<std::vector<TileMapReference>> parseTileMapService(const XmlElement& root, const std::string& where) {
+  constexpr std::size_t kMostMaps = 20'000;
   std::vector<TileMapReference> maps;
   const XmlElement* list = root.name == "TileMapService" ? root.child("TileMaps") : nullptr;
   if (list == nullptr) return maps;
   for (const XmlElement* map : list->all("TileMap")) {
+    if (maps.size() == kMostMaps)
+      return io::fail(Code::unsupported, fmt::format("the service lists more than {} tile maps", kMostMaps), where);
     maps.push_back(
         {onOneLine(map->attribute("title")), std::string(map->attribute("srs")), std::string(map->attribute("href"))});
   }

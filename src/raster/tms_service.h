@@ -41,8 +41,8 @@ struct TileMapReference {
 /// Fails where the root is no <TileMap> or has no usable level.
 io::Result<TileMap> parseTileMap(const XmlElement& root, const std::string& where);
 
-/// Empty: the root is no <TileMapService>, or it lists none.
-std::vector<TileMapReference> parseTileMapService(const XmlElement& root);
+/// Empty: the root is no <TileMapService>, or it lists none. Fails on more than 20,000.
+io::Result<std::vector<TileMapReference>> parseTileMapService(const XmlElement& root, const std::string& where);
 
 /// `source` is where the document comes from. Levels are numbered by their order for min_level and max_level. Pure.
 io::Result<GridService> tmsService(const TileMap& map, const ServiceLayer& entry, Kind kind, const geo::Body& body,

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
+#include <span>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "raster/parse_number.h"
@@ -17,14 +18,18 @@ namespace {
 
 constexpr double kStandardPixel_m = 0.00028;
 constexpr std::size_t kMostLayers = 20'000;
-constexpr std::size_t kMostParts = 8'192;  // of one layer
+constexpr std::size_t kMostParts = 8'192;    // of one layer
+constexpr std::size_t kMostDimensions = 64;  // of one layer; each is looked for among all
+constexpr std::size_t kMostInAll = 250'000;  // styles, references, boxes and dimensions of all layers
 
-std::vector<std::string> words(std::string_view text) {
+/// The first `most` words.
+std::vector<std::string_view> words(std::string_view text, std::size_t most) {
   constexpr const char* kSpace = " \t\r\n";
-  std::vector<std::string> found;
-  for (std::size_t at = text.find_first_not_of(kSpace); at != text.npos; at = text.find_first_not_of(kSpace, at)) {
+  std::vector<std::string_view> found;
+  for (std::size_t at = text.find_first_not_of(kSpace); at != text.npos && found.size() < most;
+       at = text.find_first_not_of(kSpace, at)) {
     const std::size_t end = std::min(text.find_first_of(kSpace, at), text.size());
-    found.emplace_back(text.substr(at, end - at));
+    found.push_back(text.substr(at, end - at));
     at = end;
   }
   return found;
@@ -78,7 +83,7 @@ void readDimensions(const XmlElement& element, std::vector<WmsDimension>& dimens
     const std::string key = lowered(name);
     const auto found = std::ranges::find(dimensions, key, &WmsDimension::name);
     if (found != dimensions.end()) return *found;
-    return dimensions.emplace_back(WmsDimension{key, {}, {}, {}, false, false});
+    return dimensions.emplace_back(WmsDimension{key, {}, {}, {}, false});
   };
   for (const char* tag : {"Dimension", "Extent"}) {
     for (const XmlElement* part : element.all(tag)) {
@@ -90,7 +95,6 @@ void readDimensions(const XmlElement& element, std::vector<WmsDimension>& dimens
       dimension.values = part->text;
       dimension.defaultValue = part->attribute("default");
       dimension.nearestValue = isTrue(part->attribute("nearestValue"));
-      dimension.current = isTrue(part->attribute("current")) || dimension.defaultValue == "current";
     }
   }
 }
@@ -110,61 +114,79 @@ void readScales(const XmlElement& element, WmsLayer& layer) {
   }
 }
 
-/// Adds those of `outer` that `own` has not.
-template <class T, class Key>
-void addMissing(const std::vector<T>& outer, std::vector<T>& own, Key key) {
-  if (outer.empty()) return;
-  std::unordered_set<std::string> known;
-  for (const T& one : own)
-    known.insert(std::invoke(key, one));
-  for (const T& one : outer)
-    if (known.insert(std::invoke(key, one)).second) own.push_back(one);
-}
-
 void readLists(const XmlElement& element, WmsLayer& layer) {
   for (const XmlElement* style : element.all("Style"))
     if (const std::string_view name = style->textOf("Name"); !name.empty())
       layer.styles.push_back({std::string(name), std::string(style->textOf("Title"))});
-  std::vector<std::string> references;
-  for (const char* tag : {"CRS", "SRS"})
-    for (const XmlElement* crs : element.all(tag))
-      std::ranges::move(words(crs->text), std::back_inserter(references));
-  addMissing(references, layer.crs, std::identity{});
+  std::unordered_set<std::string_view> known;
+  for (const char* tag : {"CRS", "SRS"}) {
+    for (const XmlElement* crs : element.all(tag)) {
+      for (const std::string_view name : words(crs->text, kMostParts + 1 - std::min(layer.crs.size(), kMostParts)))
+        if (known.insert(name).second) layer.crs.emplace_back(name);
+    }
+  }
   readBoxes(element, layer);
   readDimensions(element, layer.dimensions);
 }
 
-/// A dimension that a layer only declares has its values from around it.
-void addDimensions(const std::vector<WmsDimension>& outer, std::vector<WmsDimension>& own) {
-  for (WmsDimension& dimension : own) {
-    const auto found = std::ranges::find(outer, dimension.name, &WmsDimension::name);
-    if (found == outer.end()) continue;
-    const std::string units = dimension.units.empty() ? found->units : dimension.units;
-    if (dimension.values.empty()) dimension = *found;
-    dimension.units = units;
-  }
-  addMissing(outer, own, &WmsDimension::name);
+/// A layer's lists, then those around it, from within outwards.
+using Path = std::vector<const WmsLayer*>;
+
+/// The layer's own of a list, and those of the layers around it whose key is new. One set for the whole path: it may
+/// be long, and so may each list.
+template <class T, class Key>
+std::vector<T> inherited(const Path& path, std::vector<T> WmsLayer::*list, Key key) {
+  std::vector<T> all = path.front()->*list;
+  std::unordered_set<std::string_view> known;
+  for (const T& own : path.front()->*list)
+    known.insert(std::invoke(key, own));
+  for (const WmsLayer* outer : std::span(path).subspan(1))
+    for (const T& one : outer->*list)
+      if (known.insert(std::invoke(key, one)).second) all.push_back(one);
+  return all;
 }
 
-/// False: too many of something.
-bool readLayer(const XmlElement& element, const WmsLayer& outer, int parent, std::vector<WmsLayer>& layers) {
+/// A dimension that a layer only declares has its values from around it.
+std::vector<WmsDimension> inheritedDimensions(const Path& path) {
+  std::vector<WmsDimension> all = inherited(path, &WmsLayer::dimensions, &WmsDimension::name);
+  std::unordered_map<std::string_view, WmsDimension*> open;
+  for (WmsDimension& dimension : all)
+    if (dimension.values.empty() || dimension.units.empty()) open.emplace(dimension.name, &dimension);
+  for (const WmsLayer* layer : path) {
+    for (const WmsDimension& outer : layer->dimensions) {
+      const auto found = open.find(outer.name);
+      if (found == open.end()) continue;
+      WmsDimension& dimension = *found->second;
+      if (dimension.units.empty()) dimension.units = outer.units;
+      if (!dimension.values.empty() || outer.values.empty()) continue;
+      dimension.values = outer.values;
+      dimension.defaultValue = outer.defaultValue;
+      dimension.nearestValue = outer.nearestValue;
+    }
+  }
+  return all;
+}
+
+/// What there is too much of; empty: nothing.
+std::string readLayer(const XmlElement& element, int parent, WmsCapabilities& capabilities, std::size_t& parts) {
+  std::vector<WmsLayer>& layers = capabilities.layers;
+  if (layers.size() >= kMostLayers) return fmt::format("more than {} layers", kMostLayers);
   WmsLayer layer;
   layer.parent = parent;
-  layer.depth = parent < 0 ? 0 : outer.depth + 1;
+  if (parent >= 0) {
+    const WmsLayer& outer = layers[static_cast<std::size_t>(parent)];
+    layer.depth = outer.depth + 1;
+    layer.noSubsets = outer.noSubsets;
+    layer.fixedWidth = outer.fixedWidth;
+    layer.fixedHeight = outer.fixedHeight;
+    layer.lonLatBox_degrees = outer.lonLatBox_degrees;
+    layer.attribution = outer.attribution;
+    layer.minScaleDenominator = outer.minScaleDenominator;
+    layer.maxScaleDenominator = outer.maxScaleDenominator;
+  }
   layer.name = element.textOf("Name");
   layer.title = element.textOf("Title");
   layer.abstract = element.textOf("Abstract");
-  layer.queryable = outer.queryable;
-  layer.opaque = outer.opaque;
-  layer.noSubsets = outer.noSubsets;
-  layer.fixedWidth = outer.fixedWidth;
-  layer.fixedHeight = outer.fixedHeight;
-  layer.lonLatBox_degrees = outer.lonLatBox_degrees;
-  layer.attribution = outer.attribution;
-  layer.minScaleDenominator = outer.minScaleDenominator;
-  layer.maxScaleDenominator = outer.maxScaleDenominator;
-  replaceFlag(element, "queryable", layer.queryable);
-  replaceFlag(element, "opaque", layer.opaque);
   replaceFlag(element, "noSubsets", layer.noSubsets);
   replaceCount(element.attribute("fixedWidth"), layer.fixedWidth);
   replaceCount(element.attribute("fixedHeight"), layer.fixedHeight);
@@ -172,16 +194,27 @@ bool readLayer(const XmlElement& element, const WmsLayer& outer, int parent, std
     layer.attribution = onOneLine(title);
   readScales(element, layer);
   // Counted before they are read: what looks through a list for each of its entries costs the square.
-  const auto count = static_cast<std::size_t>(
-      std::ranges::count_if(element.children, [](const XmlElement& part) { return part.name != "Layer"; }));
-  if (count > kMostParts || layers.size() >= kMostLayers) return false;
+  std::size_t children = 0;
+  std::size_t dimensions = 0;
+  for (const XmlElement& part : element.children) {
+    if (part.name != "Layer") ++children;
+    if (part.name == "Dimension" || part.name == "Extent") ++dimensions;
+  }
+  const auto tooManyParts = [] {
+    return fmt::format("a layer of more than {} parts or {} dimensions", kMostParts, kMostDimensions);
+  };
+  if (children > kMostParts || dimensions > 2 * kMostDimensions) return tooManyParts();
   readLists(element, layer);
-  if (layer.crs.size() > kMostParts) return false;
-  layers.push_back(layer);
-  const int place = static_cast<int>(layers.size()) - 1;
-  return std::ranges::all_of(element.children, [&](const XmlElement& child) {
-    return child.name != "Layer" || readLayer(child, layer, place, layers);
-  });
+  if (layer.crs.size() > kMostParts || layer.dimensions.size() > kMostDimensions) return tooManyParts();
+  parts += layer.styles.size() + layer.crs.size() + layer.boxes.size() + layer.dimensions.size();
+  if (parts > kMostInAll) return fmt::format("more than {} styles, references, boxes and dimensions", kMostInAll);
+  const int place = static_cast<int>(layers.size());
+  layers.push_back(std::move(layer));
+  for (const XmlElement& child : element.children) {
+    if (child.name != "Layer") continue;
+    if (std::string tooMuch = readLayer(child, place, capabilities, parts); !tooMuch.empty()) return tooMuch;
+  }
+  return {};
 }
 
 std::vector<std::string> formatsOf(const XmlElement* operation) {
@@ -218,14 +251,14 @@ const WmsLayer* WmsCapabilities::layer(std::string_view name) const {
 }
 
 WmsLayer WmsCapabilities::withInherited(const WmsLayer& layer) const {
+  Path path = {&layer};
+  for (int place = layer.parent; place >= 0; place = path.back()->parent)
+    path.push_back(&layers[static_cast<std::size_t>(place)]);
   WmsLayer whole = layer;
-  for (int place = layer.parent; place >= 0; place = layers[static_cast<std::size_t>(place)].parent) {
-    const WmsLayer& outer = layers[static_cast<std::size_t>(place)];
-    addMissing(outer.styles, whole.styles, &WmsStyle::name);
-    addMissing(outer.crs, whole.crs, std::identity{});
-    addMissing(outer.boxes, whole.boxes, &WmsBox::crs);
-    addDimensions(outer.dimensions, whole.dimensions);
-  }
+  whole.styles = inherited(path, &WmsLayer::styles, &WmsStyle::name);
+  whole.crs = inherited(path, &WmsLayer::crs, std::identity{});
+  whole.boxes = inherited(path, &WmsLayer::boxes, &WmsBox::crs);
+  whole.dimensions = inheritedDimensions(path);
   return whole;
 }
 
@@ -248,15 +281,13 @@ io::Result<WmsCapabilities> parseWmsCapabilities(const XmlElement& root, const s
   if (getMap == nullptr) getMap = root.find("Capability/Request/Map");
   capabilities.formats = formatsOf(getMap);
   if (getMap != nullptr) capabilities.getMapUrl = getUrlOf(*getMap);
-  capabilities.exceptionFormats = formatsOf(root.find("Capability/Exception"));
-  if (const XmlElement* capability = root.child("Capability"))
-    for (const XmlElement* layer : capability->all("Layer"))
-      if (!readLayer(*layer, WmsLayer{}, -1, capabilities.layers)) {
-        return io::fail(io::Failure::Code::unsupported,
-                        fmt::format("the capabilities have more than {} layers, or a layer of more than {} parts",
-                                    kMostLayers, kMostParts),
-                        where);
-      }
+  std::size_t parts = 0;
+  if (const XmlElement* capability = root.child("Capability")) {
+    for (const XmlElement* layer : capability->all("Layer")) {
+      if (const std::string tooMuch = readLayer(*layer, -1, capabilities, parts); !tooMuch.empty())
+        return io::fail(io::Failure::Code::unsupported, fmt::format("the capabilities have {}", tooMuch), where);
+    }
+  }
   if (capabilities.layers.empty())
     return io::fail(io::Failure::Code::corrupt, "the capabilities of this WMS name no layer", where);
   return capabilities;

@@ -29,7 +29,6 @@ struct WmsDimension {
   std::string defaultValue;
   std::string values;  ///< as written: parseTimeExtent() reads those of "time"
   bool nearestValue = false;
-  bool current = false;
 };
 
 /// A layer. Flags, geographic box, attribution and scales hold what is inherited; the lists are the layer's own, until
@@ -40,8 +39,6 @@ struct WmsLayer {
   std::string title;
   std::string abstract;
   int depth = 0;  ///< 0: the outermost
-  bool queryable = false;
-  bool opaque = false;
   bool noSubsets = false;
   int fixedWidth = 0;  ///< pixels; 0: any
   int fixedHeight = 0;
@@ -63,7 +60,6 @@ struct WmsCapabilities {
   std::string abstract;
   std::string getMapUrl;  ///< may be empty or relative
   std::vector<std::string> formats;
-  std::vector<std::string> exceptionFormats;
   int maxWidth = 0;  ///< pixels of an image; 0: not stated
   int maxHeight = 0;
   int layerLimit = 0;
@@ -77,8 +73,8 @@ struct WmsCapabilities {
 
 /// From the root element of a capabilities document. Values that cannot be read (a box that is no box, a scale that is
 /// no number) count as not stated. Fails where the root is another document's, where it has no layer or more than
-/// 20,000, or one of more than 8,192 references, styles, boxes or dimensions; on a service exception with the server's
-/// own words.
+/// 20,000, one of more than 8,192 references, styles and boxes or 64 dimensions, or more than 250,000 of these in all;
+/// on a service exception with the server's own words.
 io::Result<WmsCapabilities> parseWmsCapabilities(const XmlElement& root, const std::string& where);
 
 }  // namespace tellurion::raster

@@ -47,7 +47,6 @@ struct Drawn {
 };
 
 void unite(const WmsLayer& other, WmsLayer& merged) {
-  merged.opaque = merged.opaque || other.opaque;
   merged.noSubsets = merged.noSubsets || other.noSubsets;
   if (merged.fixedWidth == 0) merged.fixedWidth = other.fixedWidth;
   if (merged.fixedHeight == 0) merged.fixedHeight = other.fixedHeight;

@@ -156,19 +156,17 @@ TEST(WmsService, TheEarthsMercatorOnMars) {
 }
 
 TEST(WmsService, InheritsStylesReferencesDimensionsAndLimits) {
-  const WmsCapabilities capabilities = parsed(document(
-      "1.3.0",
-      "<Layer queryable='1'><Title>root</Title><CRS>CRS:84</CRS><Style><Name>s0</Name></Style>"
-      "<Dimension name='time' units='ISO8601' default='2000'>1999,2000</Dimension>"
-      "<Attribution><Title>all of us</Title></Attribution><MaxScaleDenominator>5</MaxScaleDenominator>"
-      "<BoundingBox CRS='CRS:84' minx='0' miny='0' maxx='1' maxy='1'/>"
-      "<Layer opaque='1'><Name>a</Name><CRS>EPSG:4326</CRS><Style><Name>s1</Name></Style><Style><Name>s0</Name></Style>"
-      "<BoundingBox CRS='CRS:84' minx='0' miny='0' maxx='2' maxy='2'/></Layer>"
-      "<Layer queryable='0'><Name>b</Name><Dimension name='TIME' units='ISO8601'>2001</Dimension></Layer></Layer>"));
+  const WmsCapabilities capabilities = parsed(
+      document("1.3.0",
+               "<Layer><Title>root</Title><CRS>CRS:84</CRS><Style><Name>s0</Name></Style>"
+               "<Dimension name='time' units='ISO8601' default='2000'>1999,2000</Dimension>"
+               "<Attribution><Title>all of us</Title></Attribution><MaxScaleDenominator>5</MaxScaleDenominator>"
+               "<BoundingBox CRS='CRS:84' minx='0' miny='0' maxx='1' maxy='1'/>"
+               "<Layer><Name>a</Name><CRS>EPSG:4326</CRS><Style><Name>s1</Name></Style><Style><Name>s0</Name></Style>"
+               "<BoundingBox CRS='CRS:84' minx='0' miny='0' maxx='2' maxy='2'/></Layer>"
+               "<Layer><Name>b</Name><Dimension name='TIME' units='ISO8601'>2001</Dimension></Layer></Layer>"));
   ASSERT_EQ(capabilities.layers.size(), 3u);
   const WmsLayer a = capabilities.withInherited(*capabilities.layer("a"));
-  EXPECT_TRUE(a.queryable);
-  EXPECT_TRUE(a.opaque);
   EXPECT_EQ(a.crs, (std::vector<std::string>{"EPSG:4326", "CRS:84"}));
   ASSERT_EQ(a.styles.size(), 2u);
   EXPECT_EQ(a.attribution, "all of us");
@@ -178,8 +176,6 @@ TEST(WmsService, InheritsStylesReferencesDimensionsAndLimits) {
   ASSERT_NE(a.dimension("time"), nullptr);
   EXPECT_EQ(a.dimension("time")->defaultValue, "2000");
   const WmsLayer b = capabilities.withInherited(*capabilities.layer("b"));
-  EXPECT_FALSE(b.queryable);
-  EXPECT_FALSE(b.opaque);
   EXPECT_EQ(b.dimension("time")->values, "2001");
   EXPECT_EQ(b.dimension("time")->defaultValue, "");
 }

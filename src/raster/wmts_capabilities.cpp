@@ -11,6 +11,11 @@
 namespace tellurion::raster {
 namespace {
 
+constexpr std::size_t kMostLayers = 20'000;
+/// Tile matrix sets; matrices of a set, links and styles of a layer, limits of a link: some are looked for among
+/// others.
+constexpr std::size_t kMostParts = 4'096;
+
 template <class T>
 const T* byName(const std::vector<T>& all, std::string_view name) {
   const auto found = std::ranges::find(all, name, &T::name);
@@ -47,6 +52,15 @@ bool readMatrix(const XmlElement& element, WmtsMatrix& matrix) {
             *width,
             *height};
   return true;
+}
+
+/// Times are many, and only gone through once.
+bool hasTooMuch(const XmlElement& element) {
+  if (element.children.size() > kMostParts) return true;
+  return std::ranges::any_of(element.children, [](const XmlElement& child) {
+    const XmlElement* limits = child.child("TileMatrixSetLimits");
+    return limits != nullptr && limits->children.size() > kMostParts;
+  });
 }
 
 WmtsMatrixSet matrixSetOf(const XmlElement& element) {
@@ -149,9 +163,21 @@ io::Result<WmtsCapabilities> parseWmtsCapabilities(const XmlElement& root, const
   capabilities.abstract = root.textOf("ServiceIdentification/Abstract");
   capabilities.attribution = onOneLine(root.textOf("ServiceProvider/ProviderName"));
   capabilities.getTileUrl = getTileUrlOf(root);
-  for (const XmlElement* layer : contents->all("Layer"))
+  const auto layers = contents->all("Layer");
+  const auto sets = contents->all("TileMatrixSet");
+  const bool isTooMuch = layers.size() > kMostLayers || sets.size() > kMostParts ||
+                         std::ranges::any_of(layers, [](const XmlElement* layer) { return hasTooMuch(*layer); }) ||
+                         std::ranges::any_of(sets, [](const XmlElement* set) { return hasTooMuch(*set); });
+  if (isTooMuch) {
+    return io::fail(io::Failure::Code::unsupported,
+                    fmt::format("the capabilities have more than {} layers, or more than {} tile matrix sets, or a "
+                                "layer or set of more than {} parts",
+                                kMostLayers, kMostParts, kMostParts),
+                    where);
+  }
+  for (const XmlElement* layer : layers)
     capabilities.layers.push_back(layerOf(*layer));
-  for (const XmlElement* set : contents->all("TileMatrixSet"))
+  for (const XmlElement* set : sets)
     capabilities.matrixSets.push_back(matrixSetOf(*set));
   if (capabilities.layers.empty())
     return io::fail(io::Failure::Code::corrupt, "the capabilities of this WMTS name no layer", where);

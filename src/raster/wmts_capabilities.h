@@ -85,7 +85,8 @@ struct WmtsCapabilities {
 };
 
 /// From the root element of a capabilities document. A matrix whose numbers are out of range is left out. Fails where
-/// the root is another document's or no layer is in it; on an exception report with the server's own words.
+/// the root is another document's or no layer is in it; on more than 20,000 layers or 4,096 sets, or a layer, set or
+/// list of limits of more than 4,096 parts; on an exception report with the server's own words.
 io::Result<WmtsCapabilities> parseWmtsCapabilities(const XmlElement& root, const std::string& where);
 
 }  // namespace tellurion::raster

@@ -69,6 +69,8 @@ int rankOf(const MapReference& reference) {
 
 io::Result<ChosenSet> chooseSet(const WmtsCapabilities& capabilities, const WmtsLayer& layer, const ServiceLayer& entry,
                                 const geo::Body& body) {
+  constexpr int kMostTried = 50;  // each unknown reference costs milliseconds
+  int tried = 0;
   std::optional<ChosenSet> best;
   std::vector<std::string> names;
   for (const WmtsLink& link : layer.links) {
@@ -77,6 +79,9 @@ io::Result<ChosenSet> chooseSet(const WmtsCapabilities& capabilities, const Wmts
     names.push_back(set->name);
     if (!entry.matrixSet.empty() && entry.matrixSet != set->name) continue;
     if (!entry.crs.empty() && referenceName(entry.crs) != referenceName(set->crs)) continue;
+    const std::string name = referenceName(set->crs);
+    const bool isCommon = name == "EPSG:3857" || name == "EPSG:4326" || name == "CRS:84";
+    if (!isCommon && ++tried > kMostTried) continue;
     auto reference = mapReference(set->crs, body);
     if (!reference) continue;
     if (!best || rankOf(*reference) < rankOf(best->reference)) best = ChosenSet{set, &link, *reference};
