@@ -16,8 +16,8 @@ import xml.etree.ElementTree
 
 SKIPPED = 77
 SVG = "{http://www.w3.org/2000/svg}"
-CONTRACT = ["frame_ms", "update_ms", "upload_ms", "upload_bytes", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "quality", "complete", "tiles_wanted",
-            "tiles_held_back", "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
+CONTRACT = ["frame_ms", "update_ms", "upload_ms", "upload_bytes", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "capped_by_budget", "quality", "complete",
+            "tiles_wanted", "tiles_held_back", "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
 
 
 class Bench(unittest.TestCase):

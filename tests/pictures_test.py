@@ -22,8 +22,8 @@ import zlib
 SKIPPED = 77
 MARS_RADIUS_M = 3396190.0
 SIZE = (96, 64)
-STATS = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "complete", "tiles_wanted",
-         "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
+STATS = ["frame_ms", "update_ms", "tiles_drawn", "triangles", "draw_calls", "max_screen_error_px", "capped_by_budget", "complete",
+         "tiles_wanted", "gpu_bytes", "cpu_cache_bytes", "requests", "failed_requests"]
 PATH = "seconds,lat,lon,height_m,heading,pitch,roll\n0,0,170,9000000,0,-90,0\n0.5,20,-170,3000000,30,-60,0\n"
 
 
@@ -195,6 +195,7 @@ class Pictures:
         assert figures["tiles_drawn"] > 0 and figures["triangles"] > 0 and 1 <= figures["draw_calls"] <= 4
         assert 0 <= figures["max_screen_error_px"] <= 1.0 and figures["frame_ms"] > 0
         assert sum(figures["tiles_a_level"]) == figures["tiles_drawn"]
+        assert figures["capped_by_budget"] is False
 
     def test_debug_views(self):
         """Each changes the picture and neither its depth nor its tiles; the same picture comes back without them."""
@@ -313,6 +314,25 @@ class Pictures:
                         f"0,0,0,{ground + 5000},0,-45,0\n1,0,0,{ground - 5000},0,-45,0\n")
         done = self.run("fly", self.database, "--path", path, "--fps", 4, "--size", "16x16", "-o", self.work / "dive")
         assert re.search(r"in [1-4] of 5 frames, from number [1-4] on, the eye is below the ground", done.stderr), done.stderr
+
+    def test_a_spent_budget_is_told(self):
+        """Of a picture, and once of a flight."""
+        low = "0,0,30000,0,-30,0"
+        stats = self.work / "capped.json"
+        done = self.render("--max-tiles", "16", "-o", self.work / "capped.png", "--stats", stats, camera=low)
+        off = re.search(r"render: warning: the 16 tiles \(--max-tiles\).* up to ([0-9.]+) pixels off", done.stderr)
+        assert off and float(off[1]) > 1.0, done.stderr
+        figures = json.loads(stats.read_text())
+        assert figures["capped_by_budget"] is True and not figures["complete"], figures
+        assert abs(figures["max_screen_error_px"] - float(off[1])) < 0.1, figures
+        path = self.work / "descent.csv"
+        path.write_text(f"seconds,lat,lon,height_m,heading,pitch,roll\n0,0,0,15000000,0,-90,0\n1,{low}\n")
+        flight = ("fly", self.database, "--path", path, "--fps", 2, "-o", self.work / "descent", "--size", "96x64")
+        done = self.run(*flight, "--max-tiles", "16")
+        assert len(re.findall("warning", done.stderr)) == 1, done.stderr
+        told = re.search(r"fly: warning: in [12] of 3 frames, the 16 tiles .* up to ([0-9.]+) pixels off", done.stderr)
+        assert told and float(told[1]) >= float(off[1]) - 0.1, done.stderr
+        assert "warning" not in self.run(*flight).stderr
 
     def test_frames_of_a_flight_are_whole_however_fast_it_goes(self):
         """Each frame is what render makes of its camera."""

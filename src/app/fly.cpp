@@ -127,6 +127,20 @@ struct BelowGround {
   }
 };
 
+/// Frames that a budget kept from the tolerance, told once likewise; the worst stands for all.
+struct SpentBudget {
+  int frames = 0;
+  scene::FrameStatistics worst;
+
+  void add(const scene::FrameStatistics& frame) {
+    if (!frame.cappedByBudget) return;
+    if (frames++ == 0 || frame.maxScreenError_px > worst.maxScreenError_px) worst = frame;
+  }
+  void tell(const PictureArguments& picture, int ofFrames) const {
+    warnOfBudget("fly", picture, worst, fmt::format("in {} of {} frames, ", frames, ofFrames));
+  }
+};
+
 using FrameSink = std::function<io::Result<void>(int number, const raster::Raster<raster::Rgba8>& picture)>;
 
 /// Frames at 0, 1 / fps, 2 / fps ... up to and including the end of the path.
@@ -141,6 +155,7 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
   if (const auto shown = showDebug(arguments.debug, arguments.picture, studio); !shown) return shown;
   scene::Globe& globe = *studio.globe;
   BelowGround belowGround;
+  SpentBudget spentBudget;
   ProgressLine line("flying");
   for (int number = 0; number < frames; ++number) {
     const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
@@ -155,12 +170,14 @@ io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& 
     if (const auto lacking = shortcomings(arguments.picture, globe, frame); !lacking.empty())
       return io::fail(io::Failure::Code::ioError, lacking.front(), fmt::format("frame {}", number));
     belowGround.add(number, depthBelowGround_m(globe, view));
+    spentBudget.add(frame.statistics);
     studio.renderer.draw(frame, studio.target);
     if (const auto taken = sink(number, render::readColour(studio.target)); !taken) return taken;
     line.show(static_cast<std::uint64_t>(number) + 1, static_cast<std::uint64_t>(frames), "frames");
   }
   line.clear();
   belowGround.tell(frames);
+  spentBudget.tell(arguments.picture, frames);
   return {};
 }
 

@@ -23,6 +23,7 @@ Json fieldsOf(const FrameFigures& f) {
           {"triangles", f.render.triangles},
           {"draw_calls", f.render.drawCalls},
           {"max_screen_error_px", f.scene.maxScreenError_px},
+          {"capped_by_budget", f.scene.cappedByBudget},
           {"quality", f.quality},
           {"complete", f.complete},
           {"tiles_wanted", f.scene.tilesWanted},
