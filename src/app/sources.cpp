@@ -12,6 +12,7 @@
 #include "app/subcommands.h"
 #include "geo/body.h"
 #include "io/resources.h"
+#include "raster/grid_geometry.h"
 #include "raster/near_names.h"
 #include "raster/service_exception.h"
 #include "raster/service_offers.h"
@@ -188,9 +189,11 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   raster::ServiceLayer entry = layer.entry;
   const auto service = raster::openService(entry, kind, geo::earth(), resources);
   if (!service) fail(told(service.error()));
+  if (const auto grid = raster::GridGeometry::make(*service); !grid) fail(told(grid.error()));
   entry.attribution = service->attribution;
   const raster::GridLevel& coarsest = service->levels.front();
-  const std::string firstImage = service->request({0, coarsest.firstColumn, coarsest.firstRow}).url;
+  const std::string firstImage =
+      raster::withoutSecrets(service->request({0, coarsest.firstColumn, coarsest.firstRow}).url);
   if (options.asJson) {
     nlohmann::ordered_json json;
     json["kind"] = raster::nameOf(kind);
@@ -219,7 +222,7 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   }
   const std::string limits = limitsOf(layer);
   if (!limits.empty()) fmt::format_to(out, "# the server gives {}\n", limits);
-  fmt::format_to(out, "# {} levels, the first image: {}\n", service->levels.size(), raster::withoutSecrets(firstImage));
+  fmt::format_to(out, "# {} levels, the first image: {}\n", service->levels.size(), firstImage);
   printAnswer("sources", text);
 }
 

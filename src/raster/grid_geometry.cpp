@@ -15,7 +15,6 @@ using Code = io::Failure::Code;
 using PlaneKind = MapPlane::Kind;
 
 constexpr double kDegree = 180.0 / geo::kPi;
-constexpr int kMaxImageSide = 4096;
 constexpr double kMaxWindowSide = 1 << 30;
 constexpr int kMaxLevels = 64;
 /// A pixel may be this much larger than a sample and still be taken for no larger: rounding of what servers say.

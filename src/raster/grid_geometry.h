@@ -14,6 +14,8 @@
 
 namespace tellurion::raster {
 
+inline constexpr int kMaxImageSide = 4096;  ///< pixels of an image of a grid
+
 struct GridImageIdHash {
   std::size_t operator()(const GridImageId& id) const noexcept;
 };

@@ -5,15 +5,20 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <utility>
 
 #include "raster/near_names.h"
 #include "raster/service_exception.h"
 #include "raster/service_url.h"
+#include "raster/xyz_service.h"
 
 namespace tellurion::raster {
 namespace {
 
 using Code = io::Failure::Code;
+using namespace std::string_view_literals;
 
 constexpr double kPatienceWithGuess_s = 8.0;  // some servers fail, with 500, on what they are not
 const std::vector<std::string> kTypes = {"wms", "wmts", "tms", "xyz", "worldwind"};
@@ -87,6 +92,14 @@ std::vector<Attempt> attemptsFor(const ServiceLayer& entry) {
   return {{"wms", wmsUrl(entry)}, {"wmts", wmtsUrl(source)}, {"tms", tmsUrl(source)}, {"", source}};
 }
 
+/// Whatever is asked for there, the answer will be the same: what it is; empty: it is about what was asked for.
+std::string troubleOfTheServer(const io::Failure& failure) {
+  if (failure.code == Code::invalidArgument) return failure.message;
+  for (const char* words : {"no server answers there", "no such host, or no network"})
+    if (failure.message.find(words) != failure.message.npos) return words;
+  return {};
+}
+
 io::Result<FoundService> findOnServer(const ServiceLayer& entry, io::Resources& resources) {
   std::string reasons;
   Code code = Code::notFound;
@@ -102,6 +115,9 @@ io::Result<FoundService> findOnServer(const ServiceLayer& entry, io::Resources& 
                       fmt::format("this is a source of type {}, not {}", found->type, entry.type),
                       withoutSecrets(entry.source));
     }
+    if (!found)
+      if (const std::string trouble = troubleOfTheServer(found.error()); !trouble.empty())
+        return io::fail(found.error().code, trouble, withoutSecrets(entry.source));
     code = found ? code : found.error().code;
     if (!found) reasons += fmt::format("\n  {}", io::describe(found.error()));
   }
@@ -110,8 +126,41 @@ io::Result<FoundService> findOnServer(const ServiceLayer& entry, io::Resources& 
       withoutSecrets(entry.source));
 }
 
+/// What begins like another format's file than XML's; empty: nothing known.
+std::string_view pictureFormat(const std::string& path) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kBeginnings = {{{"\xFF\xD8\xFF", "a JPEG"},
+                                                                                         {"\x89PNG", "a PNG"},
+                                                                                         {"II*\0"sv, "a TIFF"},
+                                                                                         {"MM\0*"sv, "a TIFF"},
+                                                                                         {"II+\0"sv, "a TIFF"},
+                                                                                         {"MM\0+"sv, "a TIFF"},
+                                                                                         {"GIF8", "a GIF"},
+                                                                                         {"RIFF", "a WebP"}}};
+  std::array<char, 4> first{};
+  std::ifstream(path, std::ios::binary).read(first.data(), first.size());
+  for (const auto& [beginning, format] : kBeginnings)
+    if (std::string_view(first.data(), first.size()).starts_with(beginning)) return format;
+  return {};
+}
+
 io::Result<FoundService> findHere(const std::string& path, io::Resources& resources) {
   std::error_code ignored;
+  const std::size_t colon = path.find(":/");
+  const bool isThere = std::filesystem::exists(path, ignored);
+  if (!isThere && colon != path.npos && colon > 1 && path.find('/') > colon) {
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("unknown scheme '{}'; there are http://, https:// and file://, and paths", path.substr(0, colon)),
+        path);
+  }
+  if (!isThere) return io::fail(Code::notFound, "no such file", path);
+  if (const std::string_view format = pictureFormat(path); !format.empty()) {
+    return io::fail(Code::invalidArgument,
+                    fmt::format("this is {}, a raster and no service's document; name it where a scene is asked for "
+                                "(view, render), as a layer's source in a scene file, or give it to build",
+                                format),
+                    path);
+  }
   const bool isFolder = std::filesystem::is_directory(path, ignored);
   const std::string document = isFolder ? (std::filesystem::path(path) / "tilemapresource.xml").string() : path;
   if (isFolder && !std::filesystem::exists(document, ignored)) {
@@ -147,8 +196,11 @@ io::Result<FoundService> findService(const ServiceLayer& entry, io::Resources& r
   }
   if (entry.source.empty()) return io::fail(Code::invalidArgument, "the source is empty");
   // Braces are in no other URL: what is wrong with a template is told where it is read.
-  if (entry.type == "xyz" || (entry.type.empty() && entry.source.find('{') != std::string::npos))
+  if (entry.type == "xyz" || (entry.type.empty() && entry.source.find('{') != std::string::npos)) {
+    if (const auto good = checkTileTemplate(entry.source); !good)
+      return io::fail(good.error().code, good.error().message, withoutSecrets(entry.source));
     return FoundService{"xyz", entry.source, {}};
+  }
   const bool isConfiguration = lowered(withoutQuery(entry.source)).ends_with(".xml");
   if (entry.type == "worldwind" && !isConfiguration) return FoundService{"worldwind", entry.source, {}};
   if (const auto path = localPath(entry.source)) return findHere(*path, resources);

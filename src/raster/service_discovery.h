@@ -25,7 +25,7 @@ struct FoundService {
 
 /// Asks what the source is. Of the entry only source, type and version count. Without a type it is told from the source
 /// (a tile template) or from the document that is there, else the server is asked for the capabilities of each kind,
-/// and has 8 seconds for each.
+/// and has 8 seconds for each; where nobody answers, the first is the last.
 /// A document may be a file here too, and tilemapresource.xml's folder stands for it. Waits for the network.
 io::Result<FoundService> findService(const ServiceLayer& entry, io::Resources& resources);
 

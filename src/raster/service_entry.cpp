@@ -116,12 +116,12 @@ std::string extensionOf(std::string_view format) {
 io::ResourceRequest imageRequest(std::string url, const std::string& dataset, const ExpectedImage& expected) {
   constexpr std::uint64_t kMostBytesAPixel = 16;
   constexpr std::uint64_t kMostBesides = std::uint64_t{1} << 20;
+  constexpr std::uint64_t kMostBytes = std::uint64_t{128} << 20;  // 4096 x 4096 pixels of 8 bytes
   io::ResourceRequest request;
   request.url = std::move(url);
   request.dataset = dataset;
-  request.maxBytes =
-      static_cast<std::uint64_t>(expected.width) * static_cast<std::uint64_t>(expected.height) * kMostBytesAPixel +
-      kMostBesides;
+  const std::uint64_t pixels = static_cast<std::uint64_t>(expected.width) * static_cast<std::uint64_t>(expected.height);
+  request.maxBytes = std::min(pixels * kMostBytesAPixel + kMostBesides, kMostBytes);
   request.check = [expected](const io::Resource& resource) { return checkImage(resource, expected); };
   return request;
 }

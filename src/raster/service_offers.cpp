@@ -19,6 +19,7 @@ using Names = std::vector<std::string>;
 using NameSet = std::unordered_set<std::string>;
 
 constexpr std::size_t kMostListed = 64;    // names of one list of a layer
+constexpr std::size_t kMostStyles = 256;   // of a layer; servers of models have 70
 constexpr std::size_t kLongestName = 200;  // a longer one is no reference, format or style to choose
 constexpr std::size_t kMostListedBytes = std::size_t{64} << 20;
 
@@ -27,8 +28,8 @@ int rankOf(const std::string& crs) {
 }
 
 /// The first of them, in no more memory than they need: thousands of layers have such a list.
-Names firstOf(const Names& all) {
-  return Names(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(kMostListed, all.size())));
+Names firstOf(const Names& all, std::size_t most) {
+  return Names(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(most, all.size())));
 }
 
 /// Each once.
@@ -47,7 +48,7 @@ void setReferences(const Names& offered, LayerOffer& layer) {
   Names names = referencesOf(offered);
   layer.crsCount = names.size();
   std::ranges::stable_sort(names, {}, rankOf);
-  layer.crs = firstOf(names);
+  layer.crs = firstOf(names, kMostListed);
 }
 
 template <class T>
@@ -109,6 +110,16 @@ void setTimes(const WmsLayer& layer, const LayerOffer& outer, LayerOffer& offer)
   if (offer.times.empty()) offer.times = offer.defaultTime;
 }
 
+/// What a layer takes without its own texts: lists that may be another's too.
+std::size_t listedBytes(const LayerOffer& layer) {
+  std::size_t bytes = sizeof(LayerOffer) + layer.times.size() + layer.attribution.size();
+  for (const Names* list : {&layer.crs, &layer.formats, &layer.styles, &layer.matrixSets})
+    for (const std::string& name : *list)
+      bytes += sizeof(name) + (name.size() > 15 ? name.size() + 1 : 0);  // shorter ones lie in the string itself
+  return bytes;
+}
+
+/// Ends with the layer from which on they are more than can be listed.
 std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
   std::vector<LayerOffer> offers;
   offers.reserve(capabilities.layers.size());
@@ -116,6 +127,7 @@ std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
   NamesOnTheWay references;
   NamesOnTheWay styles;
   const LayerOffer nothing;
+  std::size_t bytes = 0;
   for (const WmsLayer& layer : capabilities.layers) {
     const LayerOffer& outer = layer.parent < 0 ? nothing : offers[static_cast<std::size_t>(layer.parent)];
     LayerOffer offer;
@@ -128,11 +140,11 @@ std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
     offer.crsCount = references.count();
     ownReferences = joined(std::move(ownReferences), outer.crs);
     std::ranges::stable_sort(ownReferences, {}, rankOf);
-    offer.crs = firstOf(ownReferences);
+    offer.crs = firstOf(ownReferences, kMostListed);
     const Names ownStyles = namesOf(layer.styles);
     styles.enter(layer.depth, ownStyles);
     offer.styleCount = styles.count();
-    offer.styles = firstOf(joined(ownStyles, outer.styles));
+    offer.styles = firstOf(joined(ownStyles, outer.styles), kMostStyles);
     offer.formats = formats;
     setTimes(layer, outer, offer);
     offer.box_degrees = layer.lonLatBox_degrees;
@@ -140,7 +152,9 @@ std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
     offer.onlyWhole = layer.noSubsets;
     offer.fixedWidth = layer.fixedWidth;
     offer.fixedHeight = layer.fixedHeight;
+    bytes += listedBytes(offer);
     offers.push_back(std::move(offer));
+    if (bytes > kMostListedBytes) break;
   }
   return offers;
 }
@@ -164,7 +178,7 @@ LayerOffer offerOf(const WmtsCapabilities& capabilities, const References& sets,
   offer.formats = shortOnes(layer.formats);
   const Names styles = namesOf(layer.styles);
   offer.styleCount = styles.size();
-  offer.styles = firstOf(styles);
+  offer.styles = firstOf(styles, kMostStyles);
   if (const WmtsDimension* time = layer.dimension("time")) {
     offer.times = onOneLine(describeTimes(parseTimeExtent(fmt::format("{}", fmt::join(time->values, ",")))));
     offer.defaultTime = onOneLine(time->defaultValue);
@@ -242,15 +256,6 @@ void describe(const FoundService& found, ServiceOffers& offers) {
   }
 }
 
-/// What a layer takes without its own texts: lists that may be another's too.
-std::size_t listedBytes(const LayerOffer& layer) {
-  std::size_t bytes = sizeof(LayerOffer) + layer.times.size() + layer.attribution.size();
-  for (const Names* list : {&layer.crs, &layer.formats, &layer.styles, &layer.matrixSets})
-    for (const std::string& name : *list)
-      bytes += sizeof(name) + (name.size() > 15 ? name.size() + 1 : 0);  // shorter ones lie in the string itself
-  return bytes;
-}
-
 }  // namespace
 
 io::Result<ServiceOffers> listService(const ServiceLayer& entry, io::Resources& resources) {
@@ -263,11 +268,10 @@ io::Result<ServiceOffers> listService(const ServiceLayer& entry, io::Resources& 
   for (LayerOffer& layer : offers.layers) {
     bytes += listedBytes(layer);
     if (bytes > kMostListedBytes) {
-      return io::fail(io::Failure::Code::unsupported,
-                      fmt::format("the {} layers offer more than can be listed; a scene's entry that names its layer "
-                                  "opens it all the same",
-                                  offers.layers.size()),
-                      withoutSecrets(entry.source));
+      return io::fail(
+          io::Failure::Code::unsupported,
+          "the layers offer more than can be listed; a scene's entry that names its layer opens it all the same",
+          withoutSecrets(entry.source));
     }
     if (!layer.entry.type.empty()) continue;
     layer.entry.source = entry.source;

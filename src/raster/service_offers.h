@@ -19,7 +19,7 @@ struct LayerOffer {
   std::vector<std::string> crs;      ///< names as referenceName() writes them, those that we prefer first, at most 64
   std::size_t crsCount = 0;          ///< of all
   std::vector<std::string> formats;  ///< at most 64
-  std::vector<std::string> styles;   ///< at most 64
+  std::vector<std::string> styles;   ///< at most 256
   std::size_t styleCount = 0;        ///< of all
   std::vector<std::string> matrixSets;               ///< at most 64
   std::string times;                                 ///< for people; empty: no time

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "raster/grid_geometry.h"
 #include "raster/service_fixture_test.h"
 #include "raster/service_offers.h"
 #include "raster/worldwind_service.h"
@@ -184,8 +185,40 @@ TEST(TmsService, BrokenOnesFail) {
           .find("no level"),
       std::string::npos);
   EXPECT_NE(refusal(templateOf(testing::TempDir())).find("{z}/{x}/{y}.png"), std::string::npos);
-  EXPECT_NE(refusal(templateOf("/there/is/no/such.xml")).find("there is nothing"), std::string::npos)
+  EXPECT_NE(refusal(templateOf("/there/is/no/such.xml")).find("no such file"), std::string::npos)
       << refusal(templateOf("/there/is/no/such.xml"));
+}
+
+TEST(Service, whatNoServerCanAnswerIsToldOnce) {
+  io::Resources resources{io::ResourceOptions{}};
+  const auto message = [&](const std::string& source) {
+    const auto offers = listService(templateOf(source), resources);
+    return offers ? "no failure" : io::describe(offers.error());
+  };
+  for (const char* source : {"ftp://h", "http://[::1"}) {
+    EXPECT_EQ(message(source).find('\n'), std::string::npos) << message(source);
+    EXPECT_TRUE(message(source).starts_with(source)) << message(source);
+  }
+  EXPECT_NE(message("htp:/x").find("unknown scheme 'htp'"), std::string::npos) << message("htp:/x");
+  EXPECT_EQ(message("nofile.xml"), "nofile.xml: no such file");
+  EXPECT_NE(message("https://me:secret@h/{z}/{x}/{w}.png").find("https://h/{z}/{x}/{w}.png: '{w}' is not known"),
+            std::string::npos);
+  const std::string path = (std::filesystem::path(testing::TempDir()) / "picture.xml").string();
+  for (const std::string beginning : {"\xFF\xD8\xFF\xE0", "\x89PNG", "GIF89a"}) {
+    std::ofstream(path) << beginning;
+    EXPECT_NE(message(path).find("a raster and no service's document"), std::string::npos) << message(path);
+  }
+}
+
+TEST(Service, tilesThatNoGridTakesAreRefusedWithTheDocument) {
+  const auto map = [](int side) {
+    return writeTileMap("<TileMap><SRS>EPSG:4326</SRS><Origin x='-180' y='-90'/><TileFormat width='" +
+                        std::to_string(side) +
+                        "' height='256' mime-type='image/png' extension='png'/><TileSets>"
+                        "<TileSet href='0' units-per-pixel='0.7' order='0'/></TileSets></TileMap>");
+  };
+  EXPECT_TRUE(GridGeometry::make(opened(templateOf(map(kMaxImageSide)))));
+  EXPECT_NE(refusal(templateOf(map(kMaxImageSide + 1))).find("impossible size"), std::string::npos);
 }
 
 TEST(Service, HostileDocumentsAreRefused) {

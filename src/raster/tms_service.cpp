@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "raster/doubling_grid.h"
+#include "raster/grid_geometry.h"
 #include "raster/map_reference.h"
 #include "raster/parse_number.h"
 #include "raster/service_entry.h"
@@ -17,8 +18,6 @@ namespace tellurion::raster {
 namespace {
 
 using Code = io::Failure::Code;
-
-constexpr int kLargestTile = 16384;
 
 std::optional<std::array<double, 4>> boxOf(const XmlElement& root) {
   const XmlElement* box = root.child("BoundingBox");
@@ -139,7 +138,7 @@ io::Result<TileMap> parseTileMap(const XmlElement& root, const std::string& wher
   map.extension = format->attribute("extension");
   if (map.extension.empty()) map.extension = extensionOf(map.format);
   readLevels(root, map.levels);
-  const auto inside = [](int side) { return side >= 1 && side <= kLargestTile; };
+  const auto inside = [](int side) { return side >= 1 && side <= kMaxImageSide; };
   if (map.levels.empty() || !inside(map.tileWidth) || !inside(map.tileHeight))
     return io::fail(Code::corrupt, "the tile map has no level with a resolution, or tiles of an impossible size",
                     where);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "raster/grid_geometry.h"
 #include "raster/parse_number.h"
 #include "raster/service_exception.h"
 #include "raster/service_url.h"
@@ -33,7 +34,6 @@ std::optional<std::array<double, 4>> boxOf(const XmlElement& layer) {
 
 bool readMatrix(const XmlElement& element, WmtsMatrix& matrix) {
   constexpr std::int64_t kMostTiles = std::int64_t{1} << 40;
-  constexpr int kLargestTile = 16384;
   const auto scale = parseNumber<double>(element.textOf("ScaleDenominator"));
   const std::vector<double> corner = parseNumbers(element.textOf("TopLeftCorner"));
   const auto tileWidth = parseNumber<int>(element.textOf("TileWidth"));
@@ -42,7 +42,7 @@ bool readMatrix(const XmlElement& element, WmtsMatrix& matrix) {
   const auto height = parseNumber<std::int64_t>(element.textOf("MatrixHeight"));
   if (!scale || *scale <= 0.0 || corner.size() != 2 || !tileWidth || !tileHeight || !width || !height) return false;
   const auto inside = [](auto value, auto most) { return value >= 1 && value <= most; };
-  if (!inside(*tileWidth, kLargestTile) || !inside(*tileHeight, kLargestTile)) return false;
+  if (!inside(*tileWidth, kMaxImageSide) || !inside(*tileHeight, kMaxImageSide)) return false;
   if (!inside(*width, kMostTiles) || !inside(*height, kMostTiles)) return false;
   matrix = {std::string(element.textOf("Identifier")),
             *scale,

@@ -17,7 +17,7 @@ struct WmtsMatrix {
   std::string name;
   double scaleDenominator = 0.0;    ///< > 0
   std::array<double, 2> topLeft{};  ///< in the order of the reference's axes, as written
-  int tileWidth = 256;              ///< pixels, 1..16384
+  int tileWidth = 256;              ///< pixels, 1..4096 (kMaxImageSide)
   int tileHeight = 256;
   std::int64_t width = 0;  ///< tiles, 1..2^40
   std::int64_t height = 0;

@@ -145,6 +145,11 @@ bool isTileTemplate(std::string_view source) {
   return key || (column && row && level);
 }
 
+io::Result<void> checkTileTemplate(const std::string& source) {
+  if (const auto url = checkedTemplate(source); !url) return tl::unexpected(url.error());
+  return {};
+}
+
 io::Result<GridService> xyzService(const ServiceLayer& entry, Kind kind, const geo::Body& body) {
   auto url = checkedTemplate(entry.source);
   if (!url) return tl::unexpected(url.error());
