@@ -2,6 +2,7 @@
 #include "pyramid/verify.h"
 #include "geo/seed_test.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
