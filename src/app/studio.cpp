@@ -205,9 +205,10 @@ void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pa
   command.add_flag("--no-morph", arguments.noMorph,
                    "Let ground pop to finer levels instead of growing into them (for comparison)");
   command
-      .add_option("--max-tiles", arguments.maxTiles,
-                  "Draw with no more tiles than these, those out of view that must fit to them included; the worst "
-                  "ground is made finer first")
+      .add_option(
+          "--max-tiles", arguments.maxTiles,
+          "Draw with no more tiles than these, those that an eye which turns would see next included; the worst "
+          "ground is made finer first")
       ->check(CLI::Range(16, 1000000))
       ->capture_default_str();
   command.add_option("--max-triangles", arguments.maxTriangles, "Likewise with no more triangles; else any number")

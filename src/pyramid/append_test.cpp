@@ -71,6 +71,19 @@ TEST_P(Append, FinerDataOverAGlobeKeepsEveryPromise) {
   EXPECT_NEAR(height(*query, -40.0, 100.5), hills(-40.0, 100.5), 60);
 }
 
+TEST_P(Append, ACoarseModelShowsThroughAHoleWhereNothingIsFilled) {
+  BuildOptions below = options({globe()}, false);
+  BuildOptions above = options({patch("a.tif", 40, -5, 9, 3000)}, true);
+  below.fillVoids_m = above.fillVoids_m = 0.0;
+  ASSERT_NE(builtPyramid(below), nullptr);
+  const auto reader = builtPyramid(above);
+  ASSERT_NE(reader, nullptr);
+  auto query = HeightQuery::create(reader);
+  ASSERT_TRUE(query.has_value());
+  for (const double aside : {0.0, 0.5, 1.0})
+    EXPECT_NEAR(height(*query, -0.5, 44.5 + aside), hills(-0.5, 44.5 + aside), 60) << aside;
+}
+
 TEST_P(Append, PatchOverPatchesOfOtherDepthsKeepsEveryPromise) {
   ASSERT_NE(builtPyramid(options({globe(), patch("a.tif", 40, -5, 9, 3000)}, false)), nullptr);
   ASSERT_NE(builtPyramid(options({patch("b.tif", 46, 1, 3, 6000)}, true)), nullptr);

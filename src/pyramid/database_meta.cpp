@@ -65,6 +65,8 @@ io::Result<std::vector<std::string>> readSources(const io::SqliteConnection& con
   }
 }
 
+constexpr int kMostElevationCells = 128;  ///< what a terrain mesh is made of
+
 io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
   const auto kindName = table.text("kind");
   const auto schemeName = table.text("tiling");
@@ -84,6 +86,12 @@ io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
   meta.maxLevel = static_cast<int>(*maxLevel);
   if (!std::has_single_bit(static_cast<unsigned>(meta.tileCells))) {
     return io::fail(Code::corrupt, "the tiles' size is not a power of two", table.where);
+  }
+  if (meta.kind == raster::Kind::elevation && meta.tileCells > kMostElevationCells) {
+    return io::fail(Code::unsupported,
+                    fmt::format("elevation in tiles of {} cells a side; this program takes 4 to {}: build it again",
+                                meta.tileCells, kMostElevationCells),
+                    table.where);
   }
   return {};
 }

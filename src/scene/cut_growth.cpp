@@ -9,7 +9,7 @@ namespace {
 constexpr double kMissingRoot = 1e9;
 constexpr double kUnseenRoot = 1e8;   ///< the horizon needs the depths that it tells: occluderDepth_m of select()
 constexpr double kNoPicture = 10.0;   ///< how much more what is not there at all counts than what is too coarse
-constexpr double kKept = 1e-6;        ///< the need of tiles that were split in the last frame
+constexpr double kKeptNeed = 1e-6;    ///< of tiles that were split in the last frame: after all others
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
 /// Bytes that drawing it would copy.
@@ -85,8 +85,8 @@ class Growth {
       std::pop_heap(queue_.begin(), queue_.end());
       queue_.pop_back();
       if (at(worst.node).firstChild < 0) {
-        if (worst.need == kKept && mayMerge(at(worst.node))) continue;
-        at(worst.node).kept = worst.need == kKept;
+        if (worst.kept && mayMerge(at(worst.node))) continue;
+        at(worst.node).kept = worst.kept;
         cause_ = worst.node;
         refused_ = false;
         if (!split(worst.node, worst.need, false)) {
@@ -100,8 +100,8 @@ class Growth {
 
   CutNode& at(int node) { return forest_.at(node); }
 
-  void enqueue(double need, const tiling::TileId& id, int node) {
-    queue_.push_back({.need = need, .id = id, .node = node});
+  void enqueue(const WaitingNode& waiting) {
+    queue_.push_back(waiting);
     std::push_heap(queue_.begin(), queue_.end());
   }
 
@@ -128,10 +128,10 @@ class Growth {
     count(node, 1);
     copies_bytes_ += copiesOf(node);
     if (node.need > 1.0) {
-      enqueue(node.need, node.id, index);
+      enqueue({.need = node.need, .id = node.id, .node = index});
     } else if (node.before == Before::below && node.isDrawn() &&
                (stage_ != Stage::whole || !past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *facts)))) {
-      enqueue(kKept, node.id, index);
+      enqueue({.need = kKeptNeed, .id = node.id, .node = index, .kept = true});
     }
     return node;
   }
@@ -280,7 +280,7 @@ class Growth {
       if (cover < 0) continue;
       const CutNode& beyond = at(cover);
       if (beyond.id.level == level && beyond.seen && beyond.firstChild < 0 && beyond.need <= 1.0)
-        enqueue(1.0 + 0.25 * (need - 1.0), beyond.id, cover);
+        enqueue({.need = 1.0 + 0.25 * (need - 1.0), .id = beyond.id, .node = cover});
     }
   }
 

@@ -12,6 +12,7 @@ struct WaitingNode {
   double need = 0.0;
   tiling::TileId id;  ///< breaks ties, so that the order is the same on every run
   int node = 0;
+  bool kept = false;  ///< as CutNode has it: it is there for what it was in the last frame alone
   bool operator<(const WaitingNode& o) const { return need != o.need ? need < o.need : id > o.id; }
 };
 

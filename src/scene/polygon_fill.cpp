@@ -22,11 +22,25 @@ int squaredLength(GridPoint a, GridPoint b) {
   return across * across + down * down;
 }
 
-bool isEar(const std::vector<GridPoint>& polygon, std::size_t tip) {
+GridTriangle triangleAt(const std::vector<GridPoint>& polygon, std::size_t tip) {
   const std::size_t n = polygon.size();
-  const GridTriangle t{polygon[(tip + n - 1) % n], polygon[tip], polygon[(tip + 1) % n]};
-  if (doubleArea(t[0], t[1], t[2]) <= 0) return false;
-  return std::none_of(polygon.begin(), polygon.end(), [&](GridPoint p) { return holds(t, p); });
+  return {polygon[(tip + n - 1) % n], polygon[tip], polygon[(tip + 1) % n]};
+}
+
+/// Of the corners that stand out, the one that is cut off along the shortest line; `freeOnly`: of those whose triangle
+/// holds no other corner. The number of corners where there is none.
+std::size_t shortestEar(const std::vector<GridPoint>& polygon, bool freeOnly) {
+  std::size_t best = polygon.size();
+  int shortest = std::numeric_limits<int>::max();
+  for (std::size_t tip = 0; tip < polygon.size(); ++tip) {
+    const GridTriangle t = triangleAt(polygon, tip);
+    const int length = squaredLength(t[0], t[2]);
+    if (length >= shortest || doubleArea(t[0], t[1], t[2]) <= 0) continue;
+    if (freeOnly && std::any_of(polygon.begin(), polygon.end(), [&](GridPoint p) { return holds(t, p); })) continue;
+    best = tip;
+    shortest = length;
+  }
+  return best;
 }
 
 }  // namespace
@@ -57,18 +71,12 @@ std::vector<GridPoint> outlineOf(const std::vector<GridTriangle>& region) {
 
 void fillPolygon(std::vector<GridPoint> outline, std::vector<GridTriangle>& out) {
   while (outline.size() >= 3) {
-    const std::size_t n = outline.size();
-    std::size_t best = n;
-    int shortest = std::numeric_limits<int>::max();
-    for (std::size_t tip = 0; tip < n; ++tip) {
-      const int length = squaredLength(outline[(tip + n - 1) % n], outline[(tip + 1) % n]);
-      if (length >= shortest || !isEar(outline, tip)) continue;
-      best = tip;
-      shortest = length;
-    }
-    if (best == n) return;
-    out.push_back({outline[(best + n - 1) % n], outline[best], outline[(best + 1) % n]});
-    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(best));
+    std::size_t tip = shortestEar(outline, true);
+    // A simple polygon has an ear. One that crosses itself is covered twice somewhere rather than left open.
+    if (tip == outline.size()) tip = shortestEar(outline, false);
+    if (tip == outline.size()) return;
+    out.push_back(triangleAt(outline, tip));
+    outline.erase(outline.begin() + static_cast<std::ptrdiff_t>(tip));
   }
 }
 

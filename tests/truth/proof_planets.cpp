@@ -43,4 +43,14 @@ std::vector<Planet> planets(const std::string& collection) {
   return all;
 }
 
+Planet planetWithVoids(const std::string& collection) {
+  Planet planet = planets({}).front();
+  const auto published = std::filesystem::path(collection) / "earth/srtm3_everest_N27E086.tif";
+  if (!collection.empty() && std::filesystem::exists(published)) planet.rasters.back() = published;
+  planet.places = {{.name = "border",
+                    .where = geo::GeoRect::fromDegrees(26.8, 85.8, 28.2, 87.2),
+                    .finestSample_m = planet.places.back().finestSample_m}};
+  return planet;
+}
+
 }  // namespace tellurion::truth

@@ -25,4 +25,8 @@ struct Planet {
 /// that has them, also Gabilan Mesa and the floor of Gale crater, both with samples a metre apart.
 std::vector<Planet> planets(const std::string& collection);
 
+/// The Earth at 10' with Everest at 3", and one place around the border of that: with a collection that has it, of the
+/// raster as it was published, full of voids.
+Planet planetWithVoids(const std::string& collection);
+
 }  // namespace tellurion::truth
