@@ -102,7 +102,8 @@ void Globe::State::show(std::unique_ptr<Generation> one) {
 
 void Globe::State::renewPictures(const Selection& selection, const Residency* gpu) {
   spareCopies_bytes = selection.spareCopies_bytes;
-  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming());
+  const bool allIsHere = !next && roster->coming() == 0 && selection.wanted.empty() && shown->loading.isIdle();
+  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming(), allIsHere);
 }
 
 void Globe::State::receive() {

@@ -179,8 +179,8 @@ void PictureRenewal::restart() {
 }
 
 void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>& drawn, const Residency* gpu,
-                            std::uint64_t& spareCopies_bytes,
-                            const std::vector<std::shared_ptr<LayerTiles>>& upcoming) {
+                            std::uint64_t& spareCopies_bytes, const std::vector<std::shared_ptr<LayerTiles>>& upcoming,
+                            bool allIsHere) {
   if (!colours_->followsClock()) return;
   {
     const std::lock_guard lock(arrivals_->mutex);
@@ -201,7 +201,7 @@ void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>&
     const auto content = contentOf(forest, tile.id);
     return content && !colours_->areUpToDate(content->pictures);
   }));
-  loadAhead(forest, drawn, stale.empty() ? upcoming : std::vector<std::shared_ptr<LayerTiles>>());
+  loadAhead(forest, drawn, stale.empty() ? upcoming : std::vector<std::shared_ptr<LayerTiles>>(), allIsHere);
 }
 
 void PictureRenewal::advance(Ahead& ahead) {
@@ -219,7 +219,7 @@ void PictureRenewal::advance(Ahead& ahead) {
 
 /// Of what is drawn the same tiles, as far as the cache of the step holds them.
 void PictureRenewal::loadAhead(const TileForest& forest, const std::vector<SelectedTile>& drawn,
-                               const std::vector<std::shared_ptr<LayerTiles>>& upcoming) {
+                               const std::vector<std::shared_ptr<LayerTiles>>& upcoming, bool allIsHere) {
   std::erase_if(ahead_, [&](const Ahead& ahead) {
     if (std::ranges::find(upcoming, ahead.tiles) != upcoming.end()) return false;
     for (const Ahead::Load& load : ahead.loads)
@@ -233,6 +233,7 @@ void PictureRenewal::loadAhead(const TileForest& forest, const std::vector<Selec
       found = ahead_.end() - 1;
     }
     advance(*found);
+    if (!allIsHere) continue;
     for (const SelectedTile& tile : drawn) {
       if (found->loads.size() >= kMostAhead || tiles->isFull()) break;
       const auto content = contentOf(forest, tile.id);
