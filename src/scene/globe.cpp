@@ -352,14 +352,14 @@ const std::vector<io::Failure>& Globe::failures() const {
 }
 
 std::vector<io::Failure> Globe::failuresInFrame() const {
-  if (state_->failureCount > state_->failures.size()) return state_->failures;  // of some it is not known
-  std::vector<io::Failure> out;
+  std::vector<io::Failure> out = state_->roster->complaints();
+  const bool allAreKnown = state_->failureCount <= state_->failures.size();
   for (std::size_t i = 0; i < state_->failures.size(); ++i) {
     const auto& failed = state_->failedTiles[i];
     const auto lies = [&](const DrawnTile& tile) {
       return tile.id.level >= failed->level && tile.id.ancestor(failed->level) == *failed;
     };
-    if (!failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
+    if (!allAreKnown || !failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
   }
   return out;
 }
