@@ -239,7 +239,7 @@ TEST(GridTileSource, ComplainsWhenNothingOfTheCoarsestLevelIsThere) {
     writeImages(service, folder, exists);
     const auto source = sourceOrDie(service, tiling.scheme());
     EXPECT_FALSE(source->complaint()) << "before anything was asked for";
-    for (const std::uint8_t root : {1, 0})
+    for (const std::uint8_t root : {std::uint8_t{1}, std::uint8_t{0}})
       for (const auto& id : {tiling::TileId{.level = 0, .root = root}, tiling::TileId{.level = 1, .root = root}})
         EXPECT_TRUE(source->load(id));
     return source->complaint();
