@@ -235,25 +235,29 @@ void PictureRenewal::loadAhead(const TileForest& forest, const std::vector<Selec
     advance(*found);
     if (!allIsHere) continue;
     for (const SelectedTile& tile : drawn) {
-      if (found->loads.size() >= kMostAhead || tiles->isFull()) break;
       const auto content = contentOf(forest, tile.id);
       const int level = content ? colours_->levelOfSteps(content->pictures) : -1;
-      if (level < 0 || !found->asked.insert(tile.id.ancestor(level)).second) continue;
-      Ahead::Load load{.id = tile.id.ancestor(level),
-                       .fetch = nullptr,
-                       .task = {},
-                       .done = std::make_shared<std::atomic<bool>>(false)};
-      if (tiles->kept(load.id) || tiles->isMissing(load.id)) continue;
-      load.fetch = fetches_.fetch(*tiles, load.id, kAheadPriority);
-      if (!load.fetch) {
-        load.task = executor_.submit(kAheadPriority, [tiles, id = load.id, done = load.done] {
-          tiles->get(id);
-          done->store(true);
-        });
+      // Where only what is above a tile tells that it is stored, that is needed too.
+      for (int each = tiles->tellsPresence() ? level : std::min(level, 0); each >= 0 && each <= level; ++each) {
+        if (found->loads.size() >= kMostAhead || tiles->isFull()) break;
+        askAhead(*found, tile.id.ancestor(each));
       }
-      found->loads.push_back(std::move(load));
     }
   }
+}
+
+void PictureRenewal::askAhead(Ahead& ahead, const tiling::TileId& id) {
+  const auto& tiles = ahead.tiles;
+  if (!ahead.asked.insert(id).second || tiles->kept(id) || tiles->isMissing(id)) return;
+  Ahead::Load load{.id = id, .fetch = nullptr, .task = {}, .done = std::make_shared<std::atomic<bool>>(false)};
+  load.fetch = fetches_.fetch(*tiles, id, kAheadPriority);
+  if (!load.fetch) {
+    load.task = executor_.submit(kAheadPriority, [tiles, id, done = load.done] {
+      tiles->get(id);
+      done->store(true);
+    });
+  }
+  ahead.loads.push_back(std::move(load));
 }
 
 }  // namespace tellurion::scene

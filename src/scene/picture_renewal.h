@@ -78,6 +78,7 @@ class PictureRenewal {
     std::vector<Load> loads;
   };
   void advance(Ahead& ahead);
+  void askAhead(Ahead& ahead, const tiling::TileId& id);
   std::vector<Ahead> ahead_;
 };
 
