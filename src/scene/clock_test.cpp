@@ -186,21 +186,6 @@ TEST_F(Clock, theNextStepInItsDirectionIsLoadedAhead) {
   EXPECT_GT(steps[0]->loads, 0);
 }
 
-TEST_F(Clock, nothingOfTheNextStepIsLoadedWhileSomethingOfThisOneIsWanted) {
-  open(100.0);
-  globe->setClock(101.0);
-  const auto end = std::chrono::steady_clock::now() + 60s;
-  int partial = 0;
-  while (!update().complete && std::chrono::steady_clock::now() < end) {
-    ++partial;
-    EXPECT_EQ(steps[2]->loads, 0);
-    std::this_thread::sleep_for(1ms);
-  }
-  EXPECT_GT(partial, 3);
-  rest();
-  EXPECT_GT(steps[2]->loads, 0);
-}
-
 TEST_F(Clock, playingStaysInItsBudget) {
   constexpr std::uint64_t kBudget = std::uint64_t{96} << 20u;
   open(0.0, kBudget);
