@@ -178,6 +178,30 @@ class Faults(unittest.TestCase):
                 self.assertNotIn("damaged", offered.stderr)
                 self.check_whole(stays)
 
+    def test_a_wrong_address_is_told_and_a_sparse_server_is_not(self):
+        right = f"{self.proxy.url}/xyz/{{z}}/{{x}}/{{y}}.png"
+        wrong = right.replace("/xyz/", "/wrong/") + "?token=opensesame"
+        out, path = self.work / "wrong.png", self.work / "wrong.path.csv"
+        path.write_text(f"0,{CAMERA}\n1,{CAMERA}\n")
+        for name, layers in (("imagery", {"imagery": [{"source": wrong}]}),
+                             ("elevation", {"imagery": [{"source": right, "max_level": FINEST}],
+                                            "elevation": [{"source": wrong, "type": "xyz", "encoding": "terrarium"}]})):
+            with self.subTest(name):
+                scene = online_world.scene_file(self.work / f"wrong {name}.toml", **layers)
+                program = self.of_cache(f"wrong {name}")
+                for done in (program.run(*[scene if word == self.scene else word for word in self.words(out)], status=1),
+                             program.run("fly", scene, "--path", path, "--fps", 1, "--size", SIZE, "-o", self.work / "wrong frames", status=1)):
+                    self.assertIn("is the address right?", done.stderr)
+                    self.assertIn(f"{self.proxy.url}/wrong/", done.stderr)
+                    self.assertNotIn("opensesame", done.stderr)
+                    self.assertEqual(done.stderr.count("address"), 1, "once for a layer")
+        for prefix in ("/xyz/3", "/xyz/2/1", "/xyz/1/0"):
+            self.setUp()
+            self.proxy.tell("set", prefix=prefix, fault="status", code=404)
+            done = self.render("sparse" + prefix.replace("/", "_"), out)
+            self.assertEqual(done.stderr, "")
+            self.assertGreater(self.proxy.state()["statuses"].get("404", 0), 0)
+
     def test_a_flight_completes_by_itself_and_backs_off_meanwhile(self):
         self.proxy.tell("set", prefix="/xyz/3", fault="status")
         limit = time.monotonic() + 12

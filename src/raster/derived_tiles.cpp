@@ -87,6 +87,12 @@ class DerivedTiles final : public TileSource {
     return JointPreparation::begin(parts, priority, std::move(ready));
   }
 
+  std::optional<io::Failure> complaint() const override {
+    for (const Source& source : heights_)
+      if (auto told = source->complaint()) return told;
+    return std::nullopt;
+  }
+
   io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const override {
     if (id.level > info_.maxLevel) return std::optional<SourceTile>{};
     auto ground = groundOf(id);

@@ -229,6 +229,32 @@ TEST(GridFetch, DamagedImagesAreFailuresThatNameThem) {
   EXPECT_NE(tile.error().where.find("lonlat_0_1_0"), std::string::npos) << io::describe(tile.error());
 }
 
+TEST(GridTileSource, ComplainsWhenNothingOfTheCoarsestLevelIsThere) {
+  const tiling::Tiling tiling(tiling::Scheme::geographic);
+  const auto complaintOf = [&](Kind kind, const std::function<bool(const GridImageId&)>& exists) {
+    const ScratchFolder folder;
+    auto service = lonLatService(3);
+    service.kind = kind;
+    service.heights.kind = HeightEncoding::Kind::terrarium;
+    writeImages(service, folder, exists);
+    const auto source = sourceOrDie(service, tiling.scheme());
+    EXPECT_FALSE(source->complaint()) << "before anything was asked for";
+    for (const std::uint8_t root : {std::uint8_t{1}, std::uint8_t{0}})
+      for (const auto& id : {tiling::TileId{.level = 0, .root = root}, tiling::TileId{.level = 1, .root = root}})
+        EXPECT_TRUE(source->load(id));
+    return source->complaint();
+  };
+  for (const Kind kind : {Kind::imagery, Kind::elevation}) {
+    const auto nothing = complaintOf(kind, [](const GridImageId&) { return false; });
+    ASSERT_TRUE(nothing);
+    EXPECT_NE(nothing->message.find("is the address right?"), std::string::npos);
+    EXPECT_NE(nothing->where.find("lonlat_0_"), std::string::npos) << nothing->where;
+    EXPECT_FALSE(complaintOf(kind, [](const GridImageId& id) { return id.level == 0; })) << "finer levels may lack";
+    EXPECT_FALSE(complaintOf(kind, [](const GridImageId& id) { return id.level == 0 && id.column == 0; }));
+    EXPECT_FALSE(complaintOf(kind, {}));
+  }
+}
+
 TEST(GridTileSource, SenselessServicesAreRefused) {
   const auto refused = [](const std::function<void(GridService&)>& spoil) {
     auto service = lonLatService(3);

@@ -120,6 +120,15 @@ class GridTileSource final : public TileSource {
 
   const TileSourceInfo& info() const override { return info_; }
 
+  std::optional<io::Failure> complaint() const override {
+    const std::scoped_lock lock(coarsestMutex_);
+    if (!absentOfCoarsest_) return std::nullopt;
+    return io::Failure{io::Failure::Code::notFound,
+                       "the server has none of the images that were asked for, not even of the coarsest level; is the "
+                       "address right?",
+                       service_->service.request(*absentOfCoarsest_).url};
+  }
+
   std::optional<TilePresence> presence(const tiling::TileId& id) const override {
     return livePresence(
         id, [this](const tiling::TileId& tile) { return info_.bounds.intersects(tiling_.bounds(tile)); },
@@ -170,6 +179,7 @@ class GridTileSource final : public TileSource {
   io::Result<typename ImageCache<T>::Pointer> decode(const GridImageId& id) const {
     const auto arrival = fetch_->arrived(id);
     const GridFetch::Arrival came = arrival ? *arrival : fetch_->wait(id);
+    noteOfCoarsest(id, came);
     auto image = decode(id, came);
     if (image || !came || image.error().code == io::Failure::Code::unsupported) return image;
     const bool isFirst = service_->suspects->add(id);
@@ -190,12 +200,27 @@ class GridTileSource final : public TileSource {
     return shared;
   }
 
+  /// A right address may lack some images, and every other level, but not all of the first.
+  void noteOfCoarsest(const GridImageId& id, const GridFetch::Arrival& came) const {
+    if (id.level != 0) return;
+    const std::scoped_lock lock(coarsestMutex_);
+    hasOfCoarsest_ = hasOfCoarsest_ || !came || *came != nullptr;
+    if (hasOfCoarsest_) {
+      absentOfCoarsest_.reset();
+    } else {
+      absentOfCoarsest_ = id;
+    }
+  }
+
   std::shared_ptr<const Service> service_;
   std::shared_ptr<const GridGeometry> geometry_;
   tiling::Tiling tiling_;
   TileSourceInfo info_;
   std::shared_ptr<ImageCache<T>> cache_;
   std::shared_ptr<GridFetch> fetch_;
+  mutable std::mutex coarsestMutex_;
+  mutable bool hasOfCoarsest_ = false;                   ///< something other than absence was an answer
+  mutable std::optional<GridImageId> absentOfCoarsest_;  ///< one of them, where none is there
 };
 
 }  // namespace

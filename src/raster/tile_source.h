@@ -59,6 +59,8 @@ class TileSource {
   }
   /// Nothing: there is no such tile (not the same as one without data). May block on disk or network.
   virtual io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const = 0;
+  /// What is wrong with the source as a whole, as far as its answers tell, though no tile of it has failed.
+  virtual std::optional<io::Failure> complaint() const { return std::nullopt; }
 };
 
 }  // namespace tellurion::raster

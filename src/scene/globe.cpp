@@ -102,7 +102,8 @@ void Globe::State::show(std::unique_ptr<Generation> one) {
 
 void Globe::State::renewPictures(const Selection& selection, const Residency* gpu) {
   spareCopies_bytes = selection.spareCopies_bytes;
-  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming());
+  const bool allIsHere = !next && roster->coming() == 0 && selection.wanted.empty() && shown->loading.isIdle();
+  renewal->update(shown->forest, selection.drawn, gpu, spareCopies_bytes, roster->upcoming(), allIsHere);
 }
 
 void Globe::State::receive() {
@@ -351,14 +352,14 @@ const std::vector<io::Failure>& Globe::failures() const {
 }
 
 std::vector<io::Failure> Globe::failuresInFrame() const {
-  if (state_->failureCount > state_->failures.size()) return state_->failures;  // of some it is not known
-  std::vector<io::Failure> out;
+  std::vector<io::Failure> out = state_->roster->complaints();
+  const bool allAreKnown = state_->failureCount <= state_->failures.size();
   for (std::size_t i = 0; i < state_->failures.size(); ++i) {
     const auto& failed = state_->failedTiles[i];
     const auto lies = [&](const DrawnTile& tile) {
       return tile.id.level >= failed->level && tile.id.ancestor(failed->level) == *failed;
     };
-    if (!failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
+    if (!allAreKnown || !failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
   }
   return out;
 }

@@ -107,7 +107,7 @@ class Globe {
   /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
   /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked
-  /// for on the way to it, or are beside the picture.
+  /// for on the way to it, or are beside the picture. And layers of which the server has nothing at all.
   std::vector<io::Failure> failuresInFrame() const;
   /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
   std::vector<io::Failure> troubles() const;

@@ -380,6 +380,19 @@ std::uint64_t LayerRoster::bytes() const {
   return bytes;
 }
 
+std::vector<io::Failure> LayerRoster::complaints() const {
+  std::vector<io::Failure> out;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      auto told = entry->tiles ? entry->tiles->complaint() : std::nullopt;
+      // Heights and the pictures that are made of them have one server.
+      if (told && std::ranges::find(out, told->where, &io::Failure::where) == out.end())
+        out.push_back(std::move(*told));
+    }
+  }
+  return out;
+}
+
 std::vector<io::Failure> LayerRoster::troubles() const {
   std::vector<io::Failure> out;
   for (const auto* all : {&elevation_, &imagery_}) {

@@ -56,6 +56,8 @@ class LayerRoster {
   LoadLedger& ledger() { return *ledger_; }
   /// Layers that cannot be opened now, and why; they are tried again.
   std::vector<io::Failure> troubles() const;
+  /// What is wrong with layers as a whole that take part.
+  std::vector<io::Failure> complaints() const;
 
  private:
   struct Entry;

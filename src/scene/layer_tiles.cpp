@@ -199,6 +199,12 @@ int LayerTiles::storedLevel(const tiling::TileId& id) {
   return -1;
 }
 
+std::optional<io::Failure> LayerTiles::complaint() const {
+  auto told = source_->complaint();
+  if (told) told->where = raster::withoutSecrets(told->where);
+  return told;
+}
+
 bool LayerTiles::isFull() const {
   constexpr double kNearlyAll = 0.9;
   const std::lock_guard lock(mutex_);

@@ -70,6 +70,8 @@ class LayerTiles {
                                                std::function<void()> ready) const {
     return source_->prepare(id, priority, std::move(ready));
   }
+  /// As the source's; what it is of may be shown to others.
+  std::optional<io::Failure> complaint() const;
   /// Of decoded tiles and of what is known of others.
   std::uint64_t bytes() const;
   /// Another tile may drive out one that is kept.

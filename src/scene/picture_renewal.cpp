@@ -179,8 +179,8 @@ void PictureRenewal::restart() {
 }
 
 void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>& drawn, const Residency* gpu,
-                            std::uint64_t& spareCopies_bytes,
-                            const std::vector<std::shared_ptr<LayerTiles>>& upcoming) {
+                            std::uint64_t& spareCopies_bytes, const std::vector<std::shared_ptr<LayerTiles>>& upcoming,
+                            bool allIsHere) {
   if (!colours_->followsClock()) return;
   {
     const std::lock_guard lock(arrivals_->mutex);
@@ -201,7 +201,7 @@ void PictureRenewal::update(TileForest& forest, const std::vector<SelectedTile>&
     const auto content = contentOf(forest, tile.id);
     return content && !colours_->areUpToDate(content->pictures);
   }));
-  loadAhead(forest, drawn, stale.empty() ? upcoming : std::vector<std::shared_ptr<LayerTiles>>());
+  loadAhead(forest, drawn, stale.empty() ? upcoming : std::vector<std::shared_ptr<LayerTiles>>(), allIsHere);
 }
 
 void PictureRenewal::advance(Ahead& ahead) {
@@ -219,7 +219,7 @@ void PictureRenewal::advance(Ahead& ahead) {
 
 /// Of what is drawn the same tiles, as far as the cache of the step holds them.
 void PictureRenewal::loadAhead(const TileForest& forest, const std::vector<SelectedTile>& drawn,
-                               const std::vector<std::shared_ptr<LayerTiles>>& upcoming) {
+                               const std::vector<std::shared_ptr<LayerTiles>>& upcoming, bool allIsHere) {
   std::erase_if(ahead_, [&](const Ahead& ahead) {
     if (std::ranges::find(upcoming, ahead.tiles) != upcoming.end()) return false;
     for (const Ahead::Load& load : ahead.loads)
@@ -233,26 +233,31 @@ void PictureRenewal::loadAhead(const TileForest& forest, const std::vector<Selec
       found = ahead_.end() - 1;
     }
     advance(*found);
+    if (!allIsHere) continue;
     for (const SelectedTile& tile : drawn) {
-      if (found->loads.size() >= kMostAhead || tiles->isFull()) break;
       const auto content = contentOf(forest, tile.id);
       const int level = content ? colours_->levelOfSteps(content->pictures) : -1;
-      if (level < 0 || !found->asked.insert(tile.id.ancestor(level)).second) continue;
-      Ahead::Load load{.id = tile.id.ancestor(level),
-                       .fetch = nullptr,
-                       .task = {},
-                       .done = std::make_shared<std::atomic<bool>>(false)};
-      if (tiles->kept(load.id) || tiles->isMissing(load.id)) continue;
-      load.fetch = fetches_.fetch(*tiles, load.id, kAheadPriority);
-      if (!load.fetch) {
-        load.task = executor_.submit(kAheadPriority, [tiles, id = load.id, done = load.done] {
-          tiles->get(id);
-          done->store(true);
-        });
+      // Where only what is above a tile tells that it is stored, that is needed too.
+      for (int each = tiles->tellsPresence() ? level : std::min(level, 0); each >= 0 && each <= level; ++each) {
+        if (found->loads.size() >= kMostAhead || tiles->isFull()) break;
+        askAhead(*found, tile.id.ancestor(each));
       }
-      found->loads.push_back(std::move(load));
     }
   }
+}
+
+void PictureRenewal::askAhead(Ahead& ahead, const tiling::TileId& id) {
+  const auto& tiles = ahead.tiles;
+  if (!ahead.asked.insert(id).second || tiles->kept(id) || tiles->isMissing(id)) return;
+  Ahead::Load load{.id = id, .fetch = nullptr, .task = {}, .done = std::make_shared<std::atomic<bool>>(false)};
+  load.fetch = fetches_.fetch(*tiles, id, kAheadPriority);
+  if (!load.fetch) {
+    load.task = executor_.submit(kAheadPriority, [tiles, id, done = load.done] {
+      tiles->get(id);
+      done->store(true);
+    });
+  }
+  ahead.loads.push_back(std::move(load));
 }
 
 }  // namespace tellurion::scene

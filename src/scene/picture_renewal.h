@@ -23,9 +23,10 @@ class PictureRenewal {
 
   /// After the cut: exchanges what has been made, as far as copies to the GPU are left (spareCopies_bytes, from which
   /// it is taken; one in any case), and has more made of what is drawn and out of date. upcoming: of steps to come,
-  /// loaded ahead while nothing is out of date.
+  /// loaded ahead while nothing is out of date; more of them is asked for only when all that shows is here.
   void update(TileForest& forest, const std::vector<SelectedTile>& drawn, const Residency* gpu,
-              std::uint64_t& spareCopies_bytes, const std::vector<std::shared_ptr<LayerTiles>>& upcoming);
+              std::uint64_t& spareCopies_bytes, const std::vector<std::shared_ptr<LayerTiles>>& upcoming,
+              bool allIsHere);
   /// Drawn tiles whose pictures are of an older step.
   int outOfDate() const { return outOfDate_; }
   /// Of those, and of what they need, the ones that only wait for their copy.
@@ -50,7 +51,7 @@ class PictureRenewal {
   void forget(const std::vector<tiling::TileId>& stale);
   void restart();
   void loadAhead(const TileForest& forest, const std::vector<SelectedTile>& drawn,
-                 const std::vector<std::shared_ptr<LayerTiles>>& upcoming);
+                 const std::vector<std::shared_ptr<LayerTiles>>& upcoming, bool allIsHere);
 
   std::shared_ptr<const ColourLayers> colours_;
   io::Executor& executor_;
@@ -77,6 +78,7 @@ class PictureRenewal {
     std::vector<Load> loads;
   };
   void advance(Ahead& ahead);
+  void askAhead(Ahead& ahead, const tiling::TileId& id);
   std::vector<Ahead> ahead_;
 };
 
