@@ -5,6 +5,7 @@
 #include <unordered_set>
 
 #include "geo/seed_test.h"
+#include "raster/raster_fixture_test.h"
 #include "raster/service_fixture_test.h"
 #include "raster/service_offers.h"
 #include "raster/wms_capabilities.h"
@@ -21,7 +22,8 @@ std::string repeated(int count, const auto& part) {
 }
 
 io::Result<ServiceOffers> listed(const std::string& document) {
-  const std::string path = (std::filesystem::path(testing::TempDir()) / "hostile_service.xml").string();
+  const testing::ScratchFolder folder;
+  const std::string path = folder.file("service.xml");
   std::ofstream(path) << document;
   io::Resources resources{io::ResourceOptions{}};
   ServiceLayer entry;
