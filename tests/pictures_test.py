@@ -319,7 +319,7 @@ class Pictures:
         """Of a picture, and once of a flight."""
         low = "0,0,30000,0,-30,0"
         stats = self.work / "capped.json"
-        done = self.render("--max-tiles", "16", "-o", self.work / "capped.png", "--stats", stats, camera=low)
+        done = self.render("--max-tiles", "16", "-o", self.work / "capped.png", "--stats", stats, "--size", "96x64", camera=low)
         off = re.search(r"render: warning: the 16 tiles \(--max-tiles\).* up to ([0-9.]+) pixels off", done.stderr)
         assert off and float(off[1]) > 1.0, done.stderr
         figures = json.loads(stats.read_text())
