@@ -9,7 +9,6 @@ Exit status 77 (skipped) where a package or the shared data are missing.
 import http.server
 import json
 import pathlib
-import shutil
 import sys
 import threading
 import unittest
@@ -102,14 +101,9 @@ class Odd:
         self.service.server_close()
 
 
-class OddServers(unittest.TestCase):
-    program = source = work = None
-
+class OddServers(online_world.ServerTest):
     def setUp(self):
-        self.work = type(self).work / self._testMethodName
-        shutil.rmtree(self.work, ignore_errors=True)
-        self.work.mkdir(parents=True)
-        self.run_it = online_world.Program(self.program, self.work / "cache")
+        super().setUp()
         self.picture = self.source / "data/earth/bluemarble_may2004_2048x1024.jpg"
         self.heights = self.source / "data/earth/srtm3_everest_N27E086.tif"
 

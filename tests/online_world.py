@@ -5,8 +5,10 @@ GDAL's Python module and NumPy are the system's: run with /usr/bin/python3 (`mis
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
+import unittest
 import urllib.parse
 import urllib.request
 
@@ -146,6 +148,17 @@ def colours(path):
 
 def depths(path):
     return gdal.Open(str(path)).ReadAsArray().astype(numpy.float64)
+
+
+class ServerTest(unittest.TestCase):
+    """A test of the program over servers: an empty folder and cache of its own."""
+    program = source = work = None
+
+    def setUp(self):
+        self.work = type(self).work / self._testMethodName
+        shutil.rmtree(self.work, ignore_errors=True)
+        self.work.mkdir(parents=True)
+        self.run_it = Program(self.program, self.work / "cache")
 
 
 class FaultServer:

@@ -8,7 +8,6 @@ Exit status 77 (skipped) where a package or the shared data are missing.
 """
 import json
 import pathlib
-import shutil
 import sys
 import unittest
 import urllib.parse
@@ -28,14 +27,9 @@ def raster_of(folder, month):
     return folder / f"bluemarble_{month[:7].replace('-', '')}_2048x1024.jpg"
 
 
-class TimeServer(unittest.TestCase):
-    program = source = work = None
-
+class TimeServer(online_world.ServerTest):
     def setUp(self):
-        self.work = type(self).work / self._testMethodName
-        shutil.rmtree(self.work, ignore_errors=True)
-        self.work.mkdir(parents=True)
-        self.run_it = online_world.Program(self.program, self.work / "cache")
+        super().setUp()
         self.folder = self.source / "data/earth/bluemarble_monthly"
         index = self.work / "index.shp"
         online_world.make_time_index(index, {month: raster_of(self.folder, month) for month in MONTHS})

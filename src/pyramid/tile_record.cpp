@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 
+#include "io/crc32.h"
 #include "raster/codec.h"
 #include "tiling/morton.h"
 
@@ -12,29 +13,6 @@ namespace tellurion::pyramid {
 namespace {
 
 constexpr int kRootBits = 4;
-
-class Crc32 {
- public:
-  void add(std::span<const std::byte> bytes) {
-    for (const std::byte b : bytes) {
-      state_ = kTable[(state_ ^ std::to_integer<std::uint32_t>(b)) & 0xffu] ^ (state_ >> 8u);
-    }
-  }
-  std::uint32_t value() const { return ~state_; }
-
- private:
-  static constexpr std::array<std::uint32_t, 256> kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      std::uint32_t c = i;
-      for (int bit = 0; bit < 8; ++bit)
-        c = (c & 1u) != 0 ? 0xEDB88320u ^ (c >> 1u) : c >> 1u;
-      table[i] = c;
-    }
-    return table;
-  }();
-  std::uint32_t state_ = 0xFFFFFFFFu;
-};
 
 void appendLittleEndian(std::vector<std::byte>& out, std::uint64_t value, int bytes) {
   for (int i = 0; i < bytes; ++i)
@@ -111,7 +89,7 @@ std::uint32_t checksumOf(const TileRecord& record, raster::Kind kind) {
     for (const raster::HeightStatistics& child : record.children)
       appendStatistics(header, child);
   }
-  Crc32 crc;
+  io::Crc32 crc;
   crc.add(header);
   crc.add(record.payload);
   return crc.value();

@@ -1,9 +1,9 @@
 #include "raster/picture_file.h"
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 
+#include "io/crc32.h"
 #include "raster/codec.h"
 #include "raster/tiff_layout.h"
 
@@ -28,23 +28,10 @@ std::size_t byteAt(std::string_view letters, std::size_t i) {
   return static_cast<unsigned char>(letters[i]);
 }
 
-/// CRC-32 of ISO 3309, as PNG has it: the change of each byte, lowest bit first.
-constexpr auto kCrcOfByte = [] {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t byte = 0; byte < 256; ++byte) {
-    std::uint32_t crc = byte;
-    for (int bit = 0; bit < 8; ++bit)
-      crc = (crc & 1U) != 0 ? 0xEDB88320U ^ (crc >> 1U) : crc >> 1U;
-    table[byte] = crc;
-  }
-  return table;
-}();
-
 std::uint32_t crcOf(std::string_view letters) {
-  std::uint32_t crc = 0xFFFFFFFFU;
-  for (const char c : letters)
-    crc = kCrcOfByte[(crc ^ static_cast<unsigned char>(c)) & 0xFFU] ^ (crc >> 8U);
-  return ~crc;
+  io::Crc32 crc;
+  crc.add(std::as_bytes(std::span(letters)));
+  return crc.value();
 }
 
 std::uint32_t bigEndian32(std::string_view letters, std::size_t at) {
