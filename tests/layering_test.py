@@ -15,6 +15,7 @@ import tempfile
 # How the libraries of the table are included. OpenGL and EGL come through libepoxy: <GL/gl.h> is nobody's.
 LIBRARIES = {
     "GLM": ("glm/",),
+    "ERFA": ("erfa",),
     "tl::expected": ("tl/",),
     "GDAL": ("gdal", "cpl_", "ogr"),
     "PROJ": ("proj.h",),

@@ -1,9 +1,12 @@
 #include "scene/globe.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "geo/sun.h"
 #include "raster/service_url.h"
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
@@ -80,6 +83,7 @@ struct Globe::State {
   std::vector<std::unique_ptr<Generation>> retired;  ///< until their workers are done
   std::unique_ptr<PictureRenewal> renewal;           ///< of shown
   std::optional<double> time_s;                      ///< of the clock
+  std::optional<geo::Vec3> sunByClock;               ///< towards the sun at that time, where it is known
   std::uint64_t spareCopies_bytes = 0;               ///< what this update's pictures leave of CutOptions::copies_bytes
   Clock::time_point pendingSince;                    ///< of next
   const Selection* nextCut = nullptr;                ///< of this update; null without next
@@ -199,6 +203,7 @@ DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& make
 
 Light Globe::State::lightFor(const View& view) const {
   Light light{.enabled = lighting.enabled, .toSun_body = lighting.subsolar.n, .ambient = lighting.ambient};
+  if (lighting.sun == Lighting::Sun::byClock && sunByClock) light.toSun_body = *sunByClock;
   if (lighting.sun == Lighting::Sun::withCamera) {
     // Behind the eye, to the left and above: 35 degrees off the line of sight, as maps are lit.
     light.toSun_body = glm::transpose(view.viewFromBody) * geo::normalize(geo::Vec3(-0.5, 0.5, 1.0));
@@ -265,6 +270,23 @@ void Globe::State::fillDebug(const CutOptions& options) {
     debug.boxes.push_back(shown->forest.record(tile.id).tightBox);
 }
 
+namespace {
+
+io::Failure noSunByClock(const Scene& scene) {
+  const std::string where = fmt::format("{}: light.sun = \"clock\"", scene.name);
+  if (!scene.clock.start_s)
+    return {io::Failure::Code::invalidArgument,
+            "there is no time to ask for the sun: give the scene a [clock] with a start, or use --time", where};
+  return {io::Failure::Code::unsupported,
+          fmt::format("where the sun stands over '{}' at that time is not known: it is over earth, mars and moon in "
+                      "the years 1000 to 3000, elsewhere give "
+                      "light.sun = [latitude, longitude]",
+                      scene.body.name),
+          where};
+}
+
+}  // namespace
+
 Globe::Globe(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Globe::~Globe() = default;
 
@@ -292,6 +314,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   state->roster = std::move(*roster);
   state->roster->advance(Clock::now(), {});
   state->time_s = scene.clock.start_s;
+  if (state->time_s) state->sunByClock = geo::directionToSun(state->body, *state->time_s);
+  if (scene.lighting.sun == Lighting::Sun::byClock && !state->sunByClock) return tl::unexpected(noSunByClock(scene));
   state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
 }
@@ -335,6 +359,7 @@ void Globe::setClock(double time_s) {
   State& s = *state_;
   s.roster->setClock(time_s, !s.time_s || time_s >= *s.time_s);
   s.time_s = time_s;
+  if (const auto sun = geo::directionToSun(s.body, time_s)) s.sunByClock = sun;
 }
 std::optional<double> Globe::clock() const {
   return state_->time_s;

@@ -539,9 +539,14 @@ class SceneReader {
       out.sun = Lighting::Sun::fixed;
       out.subsolar = geo::directionFromDegrees(number(*place->get(0), "sun", -90.0, 90.0),
                                                number(*place->get(1), "sun", -360.0, 360.0));
-    } else if (!(sun->is_string() && sun->as_string()->get() == "camera")) {
+      return out;
+    }
+    const std::string_view word = sun->is_string() ? std::string_view(sun->as_string()->get()) : "";
+    if (word == "clock") {
+      out.sun = Lighting::Sun::byClock;
+    } else if (word != "camera") {
       complain(sun->source(),
-               "'sun' must be \"camera\" or [latitude, longitude] of where it stands in the zenith, degrees");
+               "'sun' must be \"camera\", \"clock\" or [latitude, longitude] of where it stands in the zenith, degrees");
     }
     return out;
   }

@@ -70,6 +70,7 @@ struct Lighting {
   enum class Sun {
     withCamera,  ///< behind the eye, to the left and above: fixed to the camera's axes
     fixed,       ///< stands in the zenith of `subsolar`, infinitely far away
+    byClock,     ///< where it stands at the time of the scene's clock (geo/sun.h)
   };
   bool enabled = true;  ///< false: colours as they are, no shading
   Sun sun = Sun::withCamera;

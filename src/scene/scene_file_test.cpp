@@ -111,6 +111,7 @@ TEST_F(SceneFile, leftOutMeansEarthOnTheCubeLitFromBehindTheEye) {
   EXPECT_EQ(scene.lighting.sun, Lighting::Sun::withCamera);
   EXPECT_TRUE(scene.lighting.enabled);
   EXPECT_EQ(good("[light]\nsun = \"camera\"\nenabled = false").lighting.enabled, false);
+  EXPECT_EQ(good("[light]\nsun = \"clock\"").lighting.sun, Lighting::Sun::byClock);
 }
 
 TEST_F(SceneFile, whatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {
@@ -139,8 +140,8 @@ TEST_F(SceneFile, whatIsWrongIsNamedWithItsPlaceAndWhatIsAllowed) {
   EXPECT_NE(bad("[[imagery]]\nsource = [\"a.tdb\", \"c.tdb\"]").find("there is no file"), std::string::npos);
   EXPECT_NE(bad("[[elevation]]\nsource = [\"a.tdb\"]").find("text in quotes"), std::string::npos);
   EXPECT_NE(bad("[light]\nsun = [91, 0]").find("from -90 to 90"), std::string::npos);
-  EXPECT_NE(bad("[light]\nsun = \"moon\"").find("\"camera\" or"), std::string::npos);
-  EXPECT_NE(bad("[light]\nsun = [1]").find("\"camera\" or"), std::string::npos);
+  EXPECT_NE(bad("[light]\nsun = \"moon\"").find("\"clock\" or"), std::string::npos);
+  EXPECT_NE(bad("[light]\nsun = [1]").find("\"clock\" or"), std::string::npos);
   EXPECT_NE(bad("[light]\nenabled = 1").find("true or false"), std::string::npos);
   EXPECT_NE(bad("background = \"blue\"").find("RRGGBB"), std::string::npos);
   EXPECT_EQ(bad("body = ").substr(0, 2), "1:");
