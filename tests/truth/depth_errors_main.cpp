@@ -20,6 +20,7 @@
 #include <thread>
 #include <vector>
 
+#include "geo/body.h"
 #include "pyramid/pyramid_reader.h"
 #include "truth/finest_surface.h"
 #include "truth/pixel_miss.h"
