@@ -60,6 +60,7 @@ SIDES = {
     "deep5": ("the same, `--tolerance` 0.5 in place of 1", ours("deep.toml", 0.5), "raster"),
     "grids": ("CesiumJS, grids as deep as needed", theirs(deepest=None), "raster"),
     "grids8": ("the same, `maximumScreenSpaceError` 8 in place of 2", theirs(deepest=None, screenError=8), "raster"),
+    "grids32": ("the same, 32", theirs(deepest=None, screenError=32), "raster"),
 }
 
 
