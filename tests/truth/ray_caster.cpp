@@ -27,6 +27,43 @@ bool crossSphere(const geo::Ray& ray, double radius_m, double& near_m, double& f
   return true;
 }
 
+/// No step is shorter than leastStep_m, or than a fifth of a pixel.
+double march(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle, double leastStep_m) {
+  const geo::Ellipsoid& e = surface.ellipsoid();
+  const GeographicLib::Geocentric geocentric(e.semiMajorAxis_m(), e.flattening());
+  double near_m = 0;
+  double far_m = 0;
+  if (!crossSphere(ray, e.semiMajorAxis_m() + surface.highest_m(), near_m, far_m) || far_m < 0) return kNever;
+
+  const auto gapAt = [&](double distance) {
+    const geo::Vec3 p = ray.origin.m + ray.direction * distance;
+    double lat = 0;
+    double lon = 0;
+    double height = 0;
+    geocentric.Reverse(p.x, p.y, p.z, lat, lon, height);
+    return height - surface.height_m(lat, lon);
+  };
+  double before = std::max(near_m, 0.0);
+  double gap = gapAt(before);
+  if (gap < 0) return before;
+  while (before < far_m) {
+    // No source here rises more steeply than 3 in 1 between its samples.
+    const double after = before + std::max({gap * 0.3, leastStep_m, before * pixelAngle / 5});
+    gap = gapAt(after);
+    if (gap < 0) {
+      double above = before;
+      double below = after;
+      for (int i = 0; i < 50 && below - above > 1e-4; ++i) {
+        const double middle = (above + below) / 2;
+        (gapAt(middle) < 0 ? below : above) = middle;
+      }
+      return (above + below) / 2;
+    }
+    before = after;
+  }
+  return kNever;
+}
+
 }  // namespace
 
 /// The places of the raster's four corners, in its own reference's degrees, and a table over them with some room.
@@ -188,39 +225,11 @@ double SourceSurface::spacing_m(double lat, double lon) const {
 }
 
 double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
-  const geo::Ellipsoid& e = surface.ellipsoid();
-  const GeographicLib::Geocentric geocentric(e.semiMajorAxis_m(), e.flattening());
-  double near_m = 0;
-  double far_m = 0;
-  if (!crossSphere(ray, e.semiMajorAxis_m() + surface.highest_m(), near_m, far_m) || far_m < 0) return kNever;
+  return march(surface, ray, pixelAngle, surface.smallestSpacing_m() / 5);
+}
 
-  const auto gapAt = [&](double distance) {
-    const geo::Vec3 p = ray.origin.m + ray.direction * distance;
-    double lat = 0;
-    double lon = 0;
-    double height = 0;
-    geocentric.Reverse(p.x, p.y, p.z, lat, lon, height);
-    return height - surface.height_m(lat, lon);
-  };
-  double before = std::max(near_m, 0.0);
-  double gap = gapAt(before);
-  if (gap < 0) return before;
-  while (before < far_m) {
-    // No source here rises more steeply than 3 in 1 between its samples.
-    const double after = before + std::max({gap * 0.3, surface.smallestSpacing_m() / 5, before * pixelAngle / 5});
-    gap = gapAt(after);
-    if (gap < 0) {
-      double above = before;
-      double below = after;
-      for (int i = 0; i < 50 && below - above > 1e-4; ++i) {
-        const double middle = (above + below) / 2;
-        (gapAt(middle) < 0 ? below : above) = middle;
-      }
-      return (above + below) / 2;
-    }
-    before = after;
-  }
-  return kNever;
+double distanceFinelyAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
+  return march(surface, ray, pixelAngle, 0.1);
 }
 
 }  // namespace tellurion::truth

@@ -77,4 +77,8 @@ class SourceSurface {
 /// from the origin, may be stepped over, and what rises more steeply than 3 in 1.
 double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
 
+/// Likewise where a pixel covers less than a sample: no crest between samples is stepped over that is more than a tenth
+/// of a pixel (or 5 cm) high, unless it rises more steeply than 3 in 1. Takes more steps.
+double distanceFinelyAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
+
 }  // namespace tellurion::truth
