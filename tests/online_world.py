@@ -161,6 +161,23 @@ class ServerTest(unittest.TestCase):
         self.run_it = Program(self.program, self.work / "cache")
 
 
+SKIPPED = 77
+
+
+def run_tests(test, absent, shared=False):
+    """The main program of a file with one class of tests: PROGRAM SOURCE_DIR WORK_DIR [--whole]. absent: what is not installed; `shared`: the tests'
+    source folder is that of the shared data."""
+    words = [word for word in sys.argv[1:] if word != "--whole"]
+    test.whole = "--whole" in sys.argv
+    test.program, test.source, test.work = [pathlib.Path(word).resolve() for word in words]
+    if shared:
+        test.source = test.source.parent / "shared"
+    if absent or not (test.source / "data/earth").exists():
+        print(f"not installed: {', '.join(absent)}" if absent else "no shared data")
+        sys.exit(SKIPPED)
+    unittest.main(argv=sys.argv[:1])
+
+
 class FaultServer:
     """tests/fault_server.py before another server, or over a folder."""
 
