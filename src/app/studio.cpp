@@ -139,6 +139,7 @@ scene::CutOptions PictureArguments::cutAtQuality() const {
 scene::GlobeOptions PictureArguments::globe() const {
   scene::GlobeOptions options{.regularMesh = mesh == "regular", .compressTextures = compressTextures};
   options.online.offline = offline;
+  if (firstCome) options.online.order = io::RequestOrder::firstCome;
   options.online.cacheBytes = static_cast<std::uint64_t>(onlineCache_MiB) << 20;
   options.online.warn = [](const io::Failure& failure) {
     fmt::print(stderr, "tellurion: warning: {}\n", io::describe(failure));
