@@ -54,6 +54,7 @@ def write_png(path, bands):
 
 def encoded(heights, encoding):
     """A PNG's bands that mean these heights, as the encodings' own documents write them."""
+    heights = heights.astype(numpy.float64)  # 32768 m more as a float would round to a whole step
     if encoding == "terrarium":
         code = numpy.rint((heights + 32768) * 256)
     elif encoding == "mapbox":
