@@ -64,6 +64,7 @@ class Layer:
     path: pathlib.Path
     extent: tuple = (-180, -90, 180, 90)
     elevation: bool = False
+    resample: str = ""  # NEAREST, BILINEAR, AVERAGE; empty: as pictures or heights need it
     epsg: int = 4326
     times: str = ""  # WMS_TIMEEXTENT: then `path` is an index of rasters with the fields location and time (online_world.make_time_index)
     default_time: str = ""
@@ -83,19 +84,20 @@ def map_file(layers, url):
   OUTPUTFORMAT NAME "jpeg" DRIVER "AGG/JPEG" MIMETYPE "image/jpeg" IMAGEMODE RGB FORMATOPTION "QUALITY=95" END
   OUTPUTFORMAT NAME "tiff" DRIVER "GDAL/GTiff" MIMETYPE "image/tiff" IMAGEMODE FLOAT32 FORMATOPTION "NULLVALUE=-32768" END
   OUTPUTFORMAT NAME "bil16" DRIVER "GDAL/EHdr" MIMETYPE "application/bil16" IMAGEMODE INT16 EXTENSION "bil" END
+  OUTPUTFORMAT NAME "tiff16" DRIVER "GDAL/GTiff" MIMETYPE "image/tiff16" IMAGEMODE INT16 END
   WEB METADATA
     "wms_title" "Tellurion test server"
     "wms_onlineresource" "{url}?"
     "wms_srs" "EPSG:4326 EPSG:3857 CRS:84"
     "wms_enable_request" "*"
-    "wms_getmap_formatlist" "image/png,image/jpeg,image/tiff,application/bil16"
+    "wms_getmap_formatlist" "image/png,image/jpeg,image/tiff,application/bil16,image/tiff16"
     "wms_feature_info_mime_type" "text/plain"
   END END
 """
     for name, layer in layers.items():
         west, south, east, north = layer.extent
         # Pictures mostly shrink, and what shrinks has to be averaged; heights are wanted between samples too.
-        processing = f'    PROCESSING "RESAMPLE={"BILINEAR" if layer.elevation else "AVERAGE"}"\n'
+        processing = f'    PROCESSING "RESAMPLE={layer.resample or ("BILINEAR" if layer.elevation else "AVERAGE")}"\n'
         data = f'    DATA "{layer.path.resolve()}"'
         times = ""
         if layer.times:

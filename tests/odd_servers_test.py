@@ -8,16 +8,12 @@ Exit status 77 (skipped) where a package or the shared data are missing.
 """
 import http.server
 import json
-import pathlib
-import sys
 import threading
-import unittest
 import urllib.parse
 
 import online_world
 from online_world import numpy
 
-SKIPPED = 77
 SIZE = "320x240"
 CAMERA = "20,180,9000000,0,-90,0"
 EVEREST = "27.75,86.5,60000,0,-90,0"
@@ -164,9 +160,4 @@ class OddServers(online_world.ServerTest):
 
 
 if __name__ == "__main__":
-    OddServers.program, OddServers.source, OddServers.work = [pathlib.Path(word).resolve() for word in sys.argv[1:]]
-    OddServers.source = OddServers.source / "../shared"
-    if online_world.gdal is None or not (OddServers.source / "data/earth").exists():
-        print("no python3-gdal, or no shared data")
-        sys.exit(SKIPPED)
-    unittest.main(argv=sys.argv[:1])
+    online_world.run_tests(OddServers, [] if online_world.gdal else ["python3-gdal"], shared=True)

@@ -5,7 +5,6 @@
 
 --whole: every protocol in every view on all three tilings; else a sample. Exit status 77 (skipped) where a package is missing.
 """
-import pathlib
 import shutil
 import sys
 import unittest
@@ -14,7 +13,6 @@ import map_servers
 import online_world
 from online_world import numpy
 
-SKIPPED = 77
 SIZE = "320x240"
 # Their pixels are nearly those of the raster: a server that makes a picture smaller averages its numbers, and we the light that they mean, which
 # on coasts with snow differs by more than is looked for here.
@@ -171,9 +169,4 @@ class Online(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    if absent := online_world.missing():
-        print(f"not installed: {', '.join(absent)}")
-        sys.exit(SKIPPED)
-    Online.whole = "--whole" in sys.argv
-    Online.program, Online.source, Online.work = [pathlib.Path(word).resolve() for word in sys.argv[1:] if word != "--whole"]
-    unittest.main(argv=sys.argv[:1])
+    online_world.run_tests(Online, online_world.missing())

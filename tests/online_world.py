@@ -54,6 +54,7 @@ def write_png(path, bands):
 
 def encoded(heights, encoding):
     """A PNG's bands that mean these heights, as the encodings' own documents write them."""
+    heights = heights.astype(numpy.float64)  # 32768 m more as a float would round to a whole step
     if encoding == "terrarium":
         code = numpy.rint((heights + 32768) * 256)
     elif encoding == "mapbox":
@@ -159,6 +160,23 @@ class ServerTest(unittest.TestCase):
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
         self.run_it = Program(self.program, self.work / "cache")
+
+
+SKIPPED = 77
+
+
+def run_tests(test, absent, shared=False):
+    """The main program of a file with one class of tests: PROGRAM SOURCE_DIR WORK_DIR [--whole]. absent: what is not installed; `shared`: the tests'
+    source folder is that of the shared data."""
+    words = [word for word in sys.argv[1:] if word != "--whole"]
+    test.whole = "--whole" in sys.argv
+    test.program, test.source, test.work = [pathlib.Path(word).resolve() for word in words]
+    if shared:
+        test.source = test.source.parent / "shared"
+    if absent or not (test.source / "data/earth").exists():
+        print(f"not installed: {', '.join(absent)}" if absent else "no shared data")
+        sys.exit(SKIPPED)
+    unittest.main(argv=sys.argv[:1])
 
 
 class FaultServer:

@@ -7,15 +7,11 @@ flight through the year, and that the step to come is there before the clock is.
 Exit status 77 (skipped) where a package or the shared data are missing.
 """
 import json
-import pathlib
-import sys
-import unittest
 import urllib.parse
 
 import map_servers
 import online_world
 
-SKIPPED = 77
 MONTHS = ("2004-01-01", "2004-04-01", "2004-07-01", "2004-10-01")
 # Its pixels are nearly those of the rasters (online_test.py says why that matters).
 CAMERA = "45,10,9000000,0,-90,0"
@@ -117,12 +113,21 @@ class TimeServer(online_world.ServerTest):
             print(f"{start}: {asked.count(months[0])} maps of the step shown, then {asked.count(months[1])} of the one to come")
             self.assertLess(last, asked.index(months[1]), "the step to come waits for the one that shows")
 
+    def test_a_server_that_is_slow_with_the_step_to_come_spoils_no_frame(self):
+        """What is loaded ahead hardly comes, for seconds, while each frame has all that it shows."""
+        with online_world.FaultServer(proxy=self.server.url.removesuffix("/wms")) as proxy:
+            # Maps are asked for where the capabilities say.
+            self.server.map_file.write_text(self.server.map_file.read_text().replace(self.server.url, proxy.url + "/wms"))
+            scene = self.scene("slow", '[clock]\nstart = "2004-01-02"\nrate = 3600\n', source=proxy.url + "/wms", type="wms", layer="months", time="clock")
+            self.run_it.run("render", scene, "--time", MONTHS[0], "--camera", CAMERA, "--size", SIZE, "-o", self.work / "warm.png")
+            proxy.tell("reset")
+            proxy.tell("set", prefix="/", fault="hang")
+            path = self.work / "path.csv"
+            path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n" + "".join(f"{t},{CAMERA}\n" for t in (0, 5)))
+            done = self.run_it.run("fly", scene, "--path", path, "--fps", 30, "--size", SIZE, "-o", self.work / "frames")
+            self.assertEqual(done.stderr, "")
+            self.assertGreater(sum(proxy.state()["counts"].values()), 0, "it was asked for the step to come")
+
 
 if __name__ == "__main__":
-    absent = online_world.missing()
-    TimeServer.program, TimeServer.source, TimeServer.work = [pathlib.Path(word).resolve() for word in sys.argv[1:]]
-    TimeServer.source = TimeServer.source / "../shared"
-    if absent or not (TimeServer.source / "data/earth/bluemarble_monthly").exists():
-        print(f"not installed: {', '.join(absent)}" if absent else "no shared data")
-        sys.exit(SKIPPED)
-    unittest.main(argv=sys.argv[:1])
+    online_world.run_tests(TimeServer, online_world.missing(), shared=True)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -13,6 +14,7 @@
 #include "app/standard_output.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
+#include "raster/image_file.h"
 #include "scene/camera_path.h"
 
 namespace tellurion::app {
@@ -25,7 +27,9 @@ struct Arguments {
   std::string path;
   std::string stats;
   std::string plot;
-  double fps = 0.0;  ///< frames begin no faster than that; 0: one after the other
+  std::string pictures;
+  double fps = 0.0;           ///< frames begin no faster than that; 0: one after the other
+  double layerChanges = 0.0;  ///< a second, in every other second
   bool json = false;
 };
 
@@ -35,19 +39,53 @@ double percentile(const std::vector<double>& sorted, double percent) {
   return sorted[std::max<std::size_t>(rank, 1) - 1];
 }
 
+/// Drags the top imagery layer's opacity to and fro, so many changes a second, in every other second of the path.
+/// Returns how many changes this was since the time before.
+int dragOpacity(scene::Globe& globe, double changes, double before_s, double now_s) {
+  constexpr double kSteps = 30.0;  // from opaque to clear
+  const bool isAtRest = static_cast<std::int64_t>(now_s) % 2 == 0;
+  if (changes <= 0.0 || isAtRest || globe.imageryLooks().empty()) return 0;
+  const double first = std::floor(std::max(before_s, std::floor(now_s)) * changes) + 1.0;
+  const double last = std::floor(now_s * changes);
+  double& opacity = globe.imageryLooks()[globe.imageryOrder().back()].opacity;
+  for (double i = first; i <= last; ++i)
+    opacity = std::abs(1.0 - std::fmod(i / kSteps, 2.0));
+  return static_cast<int>(std::max(0.0, last - first + 1.0));
+}
+
+/// The frame of each second, a PNG named by its time, as long as all could be written.
+class Pictures {
+ public:
+  explicit Pictures(std::string folder) : folder_(std::move(folder)) {}
+  void take(const render::RenderTarget& target, double time_s) {
+    if (folder_.empty() || !written_ || time_s < next_s_) return;
+    next_s_ = std::floor(time_s) + 1.0;
+    written_ = raster::writePng(std::filesystem::path(folder_) / fmt::format("{:09.3f}.png", time_s),
+                                render::readColour(target));
+  }
+  const io::Result<void>& written() const { return written_; }
+
+ private:
+  std::string folder_;
+  double next_s_ = 0.0;
+  io::Result<void> written_;
+};
+
 /// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins. There is
 /// always a first frame, however early a stop is asked for.
-std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, const Arguments& arguments,
-                               const std::stop_token& stop) {
+io::Result<std::vector<FrameFigures>> play(Studio& studio, const scene::CameraPath& path, const Arguments& arguments,
+                                           const std::stop_token& stop) {
   const PictureArguments& picture = arguments.picture;
   using Clock = std::chrono::steady_clock;
   std::vector<FrameFigures> frames;
   ProgressLine line("playing");
   scene::QualityControl control({.frame_ms = picture.frame_ms});
   double quality = picture.quality;
+  Pictures pictures(arguments.pictures);
+  double before_s = 0.0;
   const auto start = Clock::now();
   const auto goesOn = [&](scene::CameraPath::Seconds now) {
-    return frames.empty() || (now <= path.duration() && !stop.stop_requested());
+    return frames.empty() || (pictures.written() && now <= path.duration() && !stop.stop_requested());
   };
   for (scene::CameraPath::Seconds now{}; goesOn(now); now = Clock::now() - start) {
     const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
@@ -55,10 +93,14 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
     setClock(studio, now.count());
     scene::CutOptions cut = scene::atQuality(picture.cut(), quality);
     cut.time_s = now.count();
+    const int changes = dragOpacity(*studio.globe, arguments.layerChanges, before_s, now.count());
+    before_s = now.count();
     frames.push_back(
         drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut, &studio.renderer.residency())));
     frames.back().time_s = now.count();
     frames.back().quality = quality;
+    frames.back().layerChanges = changes;
+    pictures.take(studio.target, now.count());
     const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (picture.automaticQuality) quality = control.next(costOf(frames.back(), done_s));
     if (arguments.fps > 0.0) {
@@ -69,6 +111,7 @@ std::vector<FrameFigures> play(Studio& studio, const scene::CameraPath& path, co
     line.show(static_cast<std::uint64_t>(now.count() * 1000),
               static_cast<std::uint64_t>(path.duration().count() * 1000) + 1, "ms");
   }
+  if (!pictures.written()) return tl::unexpected(pictures.written().error());
   return frames;
 }
 
@@ -174,7 +217,9 @@ io::Result<void> bench(const Arguments& arguments) {
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  const std::vector<FrameFigures> frames = play(*studio, *path, arguments, interrupt.token());
+  const auto played = play(*studio, *path, arguments, interrupt.token());
+  if (!played) return tl::unexpected(played.error());
+  const std::vector<FrameFigures>& frames = *played;
   const bool wasStopped = interrupt.token().stop_requested();
   if (wasStopped)
     fmt::print(stderr, "tellurion bench: stopped after {:.1f} of {:.1f} s\n", frames.back().time_s,
@@ -204,6 +249,16 @@ void addBench(CLI::App& program) {
   command
       ->add_option("--fps", arguments->fps, "Frames begin at this rate at most, as on a screen; 0: one after the other")
       ->check(between(0, 1000));
+  command
+      ->add_option("--pictures", arguments->pictures,
+                   "A folder for a PNG of the frame a second, named by its time; taking one delays the next frame")
+      ->check(CLI::ExistingDirectory);
+  command
+      ->add_option("--layer-changes", arguments->layerChanges,
+                   "In every other second the top imagery layer's opacity is changed at this rate, as by a slider")
+      ->check(between(0, 1000));
+  command->add_flag("--first-come", arguments->picture.firstCome,
+                    "Ask servers in the order in which things became wanted, and cancel nothing, to compare");
   command->add_flag("--json", arguments->json, "Print the summary as JSON");
   command->footer(
       "Nothing waits for data here: frames show what is there, as the window does. Times are milliseconds.\n"

@@ -35,7 +35,8 @@ Json fieldsOf(const FrameFigures& f) {
           {"cpu_cache_bytes", f.scene.cpuCacheBytes},
           {"requests", f.scene.requests},
           {"failed_requests", f.scene.failedRequests},
-          {"layers_coming", f.scene.layersComing}};
+          {"layers_coming", f.scene.layersComing},
+          {"layer_changes", f.layerChanges}};
 }
 
 io::Result<void> cannotWrite(const std::filesystem::path& path, const std::string& reason) {

@@ -139,6 +139,7 @@ scene::CutOptions PictureArguments::cutAtQuality() const {
 scene::GlobeOptions PictureArguments::globe() const {
   scene::GlobeOptions options{.regularMesh = mesh == "regular", .compressTextures = compressTextures};
   options.online.offline = offline;
+  if (firstCome) options.online.order = io::RequestOrder::firstCome;
   options.online.cacheBytes = static_cast<std::uint64_t>(onlineCache_MiB) << 20;
   options.online.warn = [](const io::Failure& failure) {
     fmt::print(stderr, "tellurion: warning: {}\n", io::describe(failure));
@@ -319,8 +320,11 @@ std::vector<std::string> shortcomings(const PictureArguments& arguments, const s
     lines.push_back(fmt::format("{} layers of servers had not come in time", statistics.layersComing));
   if (statistics.tilesWanted > 0)
     lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
-  for (const io::Failure& trouble : globe.troubles())
-    lines.push_back(io::describe(trouble));
+  // Of a frame that has all it needs they are about what comes next, like the step to come of a slow server.
+  if (!lines.empty()) {
+    for (const io::Failure& trouble : globe.troubles())
+      lines.push_back(io::describe(trouble));
+  }
   const std::vector<io::Failure> failures = globe.failuresInFrame();
   const std::size_t missing = failures.size();
   if (missing == 0) return lines;

@@ -34,7 +34,8 @@ struct PictureArguments {
   int maxMebibytes = 0;           ///< likewise
   double gpuMemory_MiB = 512.0;
   bool compressTextures = false;
-  bool offline = false;        ///< servers are not asked: only what is kept of them on this machine
+  bool offline = false;    ///< servers are not asked: only what is kept of them on this machine
+  bool firstCome = false;  ///< servers are asked in the order in which tiles became wanted, and nothing is cancelled
   int onlineCache_MiB = 2048;  ///< on disk, of what servers gave; 0: nothing is kept
   double uploads_MiB = 8.0;    ///< copied to the GPU for one frame at most; 0: no limit
 

@@ -95,8 +95,8 @@ std::shared_ptr<ResourceWaiter> ResourceDesk::get(const ResourceRequest& request
   job->key = std::move(key);
   job->request = request;
   job->waiters.push_back(waiter);
-  job->priority = priority;
-  job->lookUp = executor_->submit(priority, [this, job] { lookUp(job); });
+  job->priority = options_.order == RequestOrder::mostUrgent ? priority : 0.0;
+  job->lookUp = executor_->submit(job->priority, [this, job] { lookUp(job); });
   return waiter;
 }
 
@@ -112,6 +112,7 @@ void ResourceDesk::leave(const std::shared_ptr<ResourceWaiter>& waiter) {
   if (!job) return;
   std::erase(job->waiters, waiter);
   if (!job->waiters.empty()) return updatePriority(*job);
+  if (options_.order == RequestOrder::firstCome) return;
   jobs_.erase(job->key);
   job->lookUp.cancel();
   if (job->fetch) fetcher_->cancel(*job->fetch);
@@ -128,6 +129,7 @@ void ResourceDesk::setPriority(const std::shared_ptr<ResourceWaiter>& waiter, do
 }
 
 void ResourceDesk::updatePriority(ResourceJob& job) {
+  if (options_.order == RequestOrder::firstCome) return;
   double largest = -std::numeric_limits<double>::infinity();
   for (const auto& waiter : job.waiters)
     largest = std::max(largest, waiter->priority);

@@ -30,12 +30,19 @@ struct ResourceRequest {
   std::function<Result<bool>(const Resource&)> check;
 };
 
+/// In which requests to servers are made.
+enum class RequestOrder : std::uint8_t {
+  mostUrgent,  ///< and what nobody waits for any more is cancelled
+  firstCome,   ///< priorities do not count, and all that was asked for comes: what the other order is measured against
+};
+
 struct ResourceOptions {
   std::filesystem::path cacheFile;                    ///< empty: nothing is kept on disk
   std::uint64_t cacheBytes = std::uint64_t{2} << 30;  ///< of cacheFile, least recently used goes first
   bool offline = false;                               ///< nothing but what is kept, however old
   /// Told of what is wrong with cacheFile, so that nothing is kept or what was kept is lost: once each, on any thread.
   std::function<void(const Failure&)> warn;
+  RequestOrder order = RequestOrder::mostUrgent;
   int connectionsPerHost = 6;
   int connections = 24;  ///< to all hosts; up to twice as many while servers that hardly answer hold theirs
   std::filesystem::path authorities;  ///< certificates (PEM) of whom https trusts; empty: those of the system

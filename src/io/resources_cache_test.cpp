@@ -257,9 +257,12 @@ TEST_F(ResourcesCacheTest, TwoAtOnceShareWhatTheyHave) {
       const ResourceRequest request{.url = server.url("/" + std::to_string(i))};
       EXPECT_EQ(textOf(**one->wait(request, kPatience_s)), noise(3000, static_cast<unsigned>(i)));
     }
-  EXPECT_EQ(first.statistics().fromCache + second.statistics().fromCache + first.statistics().requests +
-                second.statistics().requests,
-            120U);
+  std::uint64_t came = 0;
+  for (const Resources* one : {&first, &second}) {
+    const ResourceStatistics s = one->statistics();
+    came += s.fromCache + s.requests - s.failedRequests;  // on a busy machine an answer stalls, and is asked for again
+  }
+  EXPECT_EQ(came, 120U);
 }
 
 }  // namespace

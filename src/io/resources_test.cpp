@@ -148,6 +148,31 @@ TEST_F(ResourcesTest, TheMostUrgentGoesFirstAndMayChange) {
   EXPECT_EQ(server.state()["order"], (std::vector<std::string>{"/gate", "/b", "/a", "/d", "/c", "/e"}));
 }
 
+TEST_F(ResourcesTest, FirstComeIsServedInOrderAndNothingIsCancelled) {
+  ResourceOptions options = quickOptions();
+  options.order = RequestOrder::firstCome;
+  options.connectionsPerHost = 1;
+  options.cacheFile = folder / "cache.db";
+  server.tell("set?prefix=/gate&fault=slow&rate=10");
+  folder.write("gate", "five!");
+  for (const char* name : {"a", "b", "c"})
+    folder.write(name, name);
+  Resources resources(options);
+  Arrival arrival;
+  std::vector<Resources::Ticket> tickets;
+  tickets.push_back(resources.get({.url = server.url("/gate")}, 1.0, arrival.ready()));
+  for (const char* name : {"/a", "/b", "/c"})
+    tickets.push_back(resources.get({.url = server.url(name)}, static_cast<double>(tickets.size()), arrival.ready()));
+  tickets.back().setPriority(99.0);
+  tickets[1] = {};
+  tickets[0] = {};
+  ASSERT_TRUE(eventually([&] { return resources.statistics().waiting == 0; }));
+  EXPECT_EQ(server.state()["order"], (std::vector<std::string>{"/gate", "/a", "/b", "/c"}));
+  EXPECT_EQ(arrival.count(), 2) << "of those that somebody still waits for";
+  EXPECT_TRUE(resources.wait({.url = server.url("/a")}, kPatience_s));
+  EXPECT_EQ(server.count("/a"), 1) << "it was kept";
+}
+
 TEST_F(ResourcesTest, CancellingFreesTheConnection) {
   ResourceOptions options = quickOptions();
   options.connectionsPerHost = 2;
