@@ -232,7 +232,8 @@ void addQuery(CLI::App& program) {
   auto* command = program.add_subcommand("query", "Print the height or the colour of places");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("X.tdb", arguments->path, "A tile database")->required();
-  auto* at = command->add_option("--at", arguments->places, "A place, LAT,LON in degrees; may be given again");
+  auto* at = command->add_option("--at", arguments->places, "A place, LAT,LON in degrees; may be given again")
+                 ->allow_extra_args(false);
   command->add_option("--input", arguments->input, "Read places from this file; left out: from standard input")
       ->excludes(at);
   command->add_option("--level", arguments->level, "No deeper than this level; left out: the finest that is there")
