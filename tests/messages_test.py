@@ -3,6 +3,7 @@
 
     messages_test.py PROGRAM SOURCE_DIR WORK_DIR
 """
+import json
 import os
 import pathlib
 import shutil
@@ -142,6 +143,27 @@ class Messages(unittest.TestCase):
         self.assertEqual(lines[1:4], [lines[0]] * 3)
         self.assertNotEqual(lines[0], "error")
         self.assertEqual(lines[4:8], ["error"] * 4)
+
+    def test_query_takes_tables_and_places(self):
+        """Columns by their names, a row for each row, what is wrong with which line; places of the command line."""
+        done = self.run_program("query", self.database, "--csv", text='name,Longitude,lat\n"a, b",20,10\nhalf,20\nx,abc,3\n,20,10\n')
+        header, first, *wrong, last = done.stdout.splitlines()
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(header, "lat,lon,height_m,level,spacing_m,error_m,finer")
+        self.assertEqual(first, last)
+        self.assertEqual(first.split(",")[:2] + first.split(",")[3:4], ["10", "20", "1"])
+        self.assertEqual(wrong, [",,error,,,,"] * 2)
+        self.assertIn("line 3: 'half,20' ends before the columns", done.stderr)
+        self.assertIn("line 4: '3' and 'abc' are no latitude and longitude", done.stderr)
+        done = self.run_program("query", "--at", "-10,-20", "--at", "10,20", self.database, "--level", 0, "--json")
+        answers = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([(a["lat"], a["lon"], a["level"], a["finer"]) for a in answers], [(-10, -20, 0, True), (10, 20, 0, True)])
+        coarse, fine = answers[1], json.loads(self.run_program("query", "--at", "10,20", self.database, "--json").stdout)
+        self.assertLessEqual(abs(coarse["height_m"] - fine["height_m"]), coarse["error_m"])
+        self.assertEqual((fine["level"], fine["error_m"], fine["finer"]), (1, 0, False))
+        self.assertIn("no level 9", self.run_program("query", "--at", "1,2", self.database, "--level", 9).stderr)
+        self.refused(1, ("query", self.database, "--input", self.work / "none.csv"), "none.csv", "cannot be opened")
 
     def test_a_stopped_build_says_how_to_go_on(self):
         """SIGTERM is as Ctrl-C; what 'info' says of the rest, done as it stands, finishes it with the same bytes."""

@@ -1,14 +1,13 @@
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string_view>
+#include <vector>
 
+#include "app/query_answers.h"
 #include "app/standard_output.h"
 #include "app/subcommands.h"
-#include "pyramid/height_query.h"
 #include "pyramid/pyramid_reader.h"
 
 namespace tellurion::app {
@@ -18,128 +17,131 @@ constexpr int kFailed = 1;
 constexpr std::size_t kBufferSize = 1 << 16;
 /// A longer line is no place; the rest of it is skipped.
 constexpr std::size_t kLongestLine = 4096;
+/// Lines that are answered together: a tile is read once for all places of them.
+constexpr std::size_t kBatch = 1 << 17;
 
 struct Arguments {
   std::string path;
+  std::vector<std::string> places;
+  std::string input;
   std::optional<int> level;
+  bool isNearest = false;
   bool normals = false;
   bool asJson = false;
+  bool asCsv = false;
+  std::uint64_t cache_MiB = pyramid::kQueryCacheBytes >> 20u;
 };
 
-struct LatLon {
-  double lat = 0.0;
-  double lon = 0.0;
-};
-
-bool isBlank(char c) {
-  return c == ' ' || c == '\t' || c == '\r';
-}
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && isBlank(text.front()))
-    text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back()))
-    text.remove_suffix(1);
-  return text;
-}
-
-/// A number that a blank, a comma or the end follows; these stay.
-std::optional<double> takeNumber(std::string_view& text) {
-  text = trimmed(text);
-  if (text.starts_with('+')) text.remove_prefix(1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{}) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  if (!text.empty() && !isBlank(text.front()) && text.front() != ',') return std::nullopt;
-  return value;
-}
-
-/// Exactly two numbers, blanks or one comma between them: a latitude within 90 degrees and a longitude within 720.
-std::optional<LatLon> parseLine(std::string_view line) {
-  const auto lat = takeNumber(line);
-  line = trimmed(line);
-  if (line.starts_with(',')) line.remove_prefix(1);
-  const auto lon = lat ? takeNumber(line) : std::nullopt;
-  if (!lon || !trimmed(line).empty()) return std::nullopt;
-  if (!(std::abs(*lat) <= 90.0) || !(std::abs(*lon) <= 720.0)) return std::nullopt;
-  return LatLon{*lat, *lon};
-}
-
-/// Answers lines of standard input, one line each, on standard output.
+/// Answers lines of places, one line each, on standard output. `Query` is HeightQuery or ColourQuery.
+template <class Query, class Question, class Answer, class Printer>
 class Session {
  public:
-  Session(pyramid::HeightQuery query, const Arguments& arguments) : query_(std::move(query)), arguments_(arguments) {}
+  Session(Query query, Question question, Printer printer, const geo::GeoRect& bounds, bool isCsv)
+      : query_(std::move(query)), question_(question), printer_(printer), bounds_(bounds), reader_(isCsv) {
+    printer_.header(out_);
+  }
 
   /// False when any line could not be answered, or answers could not be written.
-  bool run() {
+  bool run(std::FILE* input, const std::string& name) {
     std::string pending;
     std::string chunk(kBufferSize, '\0');
-    while (const std::size_t got = canWrite_ ? std::fread(chunk.data(), 1, chunk.size(), stdin) : 0) {
+    while (const std::size_t got = canWrite_ ? std::fread(chunk.data(), 1, chunk.size(), input) : 0) {
       pending.append(chunk, 0, got);
-      pending.erase(0, answerWholeLines(pending));
+      pending.erase(0, takeWholeLines(pending));
       // One character more than allowed is enough to know that the line is too long.
       if (pending.size() > kLongestLine) pending.resize(kLongestLine + 1);
-      flush(kBufferSize);
     }
-    if (std::ferror(stdin) != 0) complainOfStream("standard input cannot be read to its end");
-    if (!pending.empty()) answer(pending);
-    flush(0);
-    return isSound_;
+    if (std::ferror(input) != 0) complainOfStream(fmt::format("{} cannot be read to its end", name));
+    if (!pending.empty()) take(pending);
+    return end();
+  }
+  bool run(const std::vector<std::string>& places) {
+    for (const std::string& place : places)
+      take(place);
+    return end();
   }
 
  private:
-  std::size_t answerWholeLines(std::string_view text) {
+  struct Line {
+    std::uint64_t number = 0;
+    LatLon place;
+    std::string complaint;
+  };
+
+  bool end() {
+    answerLines();
+    flush(0);
+    if (outside_ > 0) {
+      fmt::print(stderr,
+                 "tellurion query: {} of {} places lie outside of the data ({:.6g} to {:.6g} N, {:.6g} to {:.6g} E)\n",
+                 outside_, asked_, bounds_.south.degrees(), bounds_.north.degrees(), bounds_.west.degrees(),
+                 (bounds_.west + bounds_.width).degrees());
+    }
+    return isSound_;
+  }
+
+  std::size_t takeWholeLines(std::string_view text) {
     std::size_t start = 0;
     for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n', start)) {
-      answer(text.substr(start, end - start));
+      take(text.substr(start, end - start));
       start = end + 1;
     }
     return start;
   }
 
-  void answer(std::string_view line) {
+  void take(std::string_view text) {
     ++lineNumber_;
-    if (line.size() > kLongestLine) return complain(fmt::format("is longer than {} characters", kLongestLine));
-    if (trimmed(line).empty()) return;
-    const auto place = parseLine(line);
-    if (!place)
-      return complain(fmt::format("'{}' is not 'LAT LON' or 'LAT,LON' in degrees", trimmed(line).substr(0, 60)));
-    const auto answer = query_.at(geo::directionFromDegrees(place->lat, place->lon), arguments_.level);
-    if (!answer) return complain(io::describe(answer.error()));
-    arguments_.asJson ? printJson(*place, *answer) : printText(*answer);
-  }
-
-  void complain(const std::string& what) {
-    flush(0);
-    fmt::print(stderr, "tellurion query: line {}: {}\n", lineNumber_, what);
-    fmt::format_to(std::back_inserter(out_), "{}\n", arguments_.asJson ? R"({"error":true})" : "error");
-    isSound_ = false;
-  }
-
-  void printText(const std::optional<pyramid::HeightAnswer>& answer) {
-    auto out = std::back_inserter(out_);
-    if (!answer) {
-      fmt::format_to(out, "{}\n", arguments_.normals ? "nan nan nan nan" : "nan");
-    } else if (!arguments_.normals) {
-      fmt::format_to(out, "{:.4f}\n", answer->height_m);
+    Line line{.number = lineNumber_};
+    if (text.size() > kLongestLine) {
+      line.complaint = fmt::format("is longer than {} characters", kLongestLine);
     } else {
-      const geo::Vec3& n = answer->normal_enu;
-      fmt::format_to(out, "{:.4f} {:.7f} {:.7f} {:.7f}\n", answer->height_m, n.x, n.y, n.z);
+      PlaceLine read = reader_.read(text);
+      if (!read.place && read.complaint.empty()) return;
+      line.place = read.place.value_or(LatLon{});
+      line.complaint = std::move(read.complaint);
     }
+    lines_.push_back(std::move(line));
+    if (lines_.size() == kBatch) answerLines();
   }
 
-  void printJson(const LatLon& place, const std::optional<pyramid::HeightAnswer>& answer) {
-    auto out = std::back_inserter(out_);
-    fmt::format_to(out, R"({{"lat":{},"lon":{},)", place.lat, place.lon);
-    if (!answer) {
-      fmt::format_to(out, "\"height_m\":null}}\n");
-      return;
+  void answerLines() {
+    std::vector<geo::Direction> places;
+    for (const Line& line : lines_)
+      if (line.complaint.empty()) places.push_back(geo::directionFromDegrees(line.place.lat, line.place.lon));
+    std::vector<std::optional<Answer>> answers(places.size());
+    // One by one where the batch fails, so that each line is told what is wrong with it.
+    const bool isBatch = query_.at(places, answers, question_).has_value();
+    std::size_t i = 0;
+    for (const Line& line : lines_) {
+      if (!line.complaint.empty()) {
+        complain(line, line.complaint);
+        continue;
+      }
+      if (isBatch) {
+        print(line, answers[i]);
+      } else if (const auto answer = query_.at(places[i], question_)) {
+        print(line, *answer);
+      } else {
+        complain(line, io::describe(answer.error()));
+      }
+      ++i;
     }
-    fmt::format_to(out, R"("height_m":{:.4f},"level":{})", answer->height_m, answer->level);
-    const geo::Vec3& n = answer->normal_enu;
-    if (arguments_.normals) fmt::format_to(out, R"(,"normal":[{:.7f},{:.7f},{:.7f}])", n.x, n.y, n.z);
-    fmt::format_to(out, "}}\n");
+    lines_.clear();
+  }
+
+  void print(const Line& line, const std::optional<Answer>& answer) {
+    ++asked_;
+    if (!answer && !bounds_.contains(geo::Angle::degrees(line.place.lat), geo::Angle::degrees(line.place.lon)))
+      ++outside_;
+    printer_.answer(out_, line.place, answer);
+    flush(kBufferSize);
+  }
+
+  void complain(const Line& line, const std::string& what) {
+    flush(0);
+    fmt::print(stderr, "tellurion query: line {}: {}\n", line.number, what);
+    printer_.error(out_);
+    isSound_ = false;
   }
 
   void flush(std::size_t keepBelow) {
@@ -151,53 +153,110 @@ class Session {
     complainOfStream(kCannotAnswer);
   }
 
-  void complainOfStream(const char* what) {
+  void complainOfStream(const std::string& what) {
     fmt::print(stderr, "tellurion query: {}\n", what);
     isSound_ = false;
   }
 
-  pyramid::HeightQuery query_;
-  const Arguments& arguments_;
+  Query query_;
+  Question question_;
+  Printer printer_;
+  geo::GeoRect bounds_;
+  PlaceReader reader_;
+  std::vector<Line> lines_;
   std::string out_;
   std::uint64_t lineNumber_ = 0;
+  std::uint64_t asked_ = 0;
+  std::uint64_t outside_ = 0;
   bool isSound_ = true;
   bool canWrite_ = true;
 };
 
-io::Result<pyramid::HeightQuery> openQuery(const std::string& path) {
-  auto reader = pyramid::PyramidReader::open(path);
-  if (!reader) return tl::unexpected(reader.error());
-  return pyramid::HeightQuery::create(std::move(*reader));
+[[noreturn]] void fail(const std::string& what) {
+  fmt::print(stderr, "tellurion query: {}\n", what);
+  throw CLI::RuntimeError(kFailed);
+}
+
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+template <class AnySession>
+void runSession(AnySession session, const Arguments& arguments) {
+  bool isSound = false;
+  if (!arguments.places.empty()) {
+    isSound = session.run(arguments.places);
+  } else if (arguments.input.empty() || arguments.input == "-") {
+    isSound = session.run(stdin, "standard input");
+  } else {
+    const std::unique_ptr<std::FILE, FileCloser> file(std::fopen(arguments.input.c_str(), "rb"));
+    if (file == nullptr) fail(fmt::format("{}: cannot be opened for reading", arguments.input));
+    isSound = session.run(file.get(), arguments.input);
+  }
+  if (!isSound) throw CLI::RuntimeError(kFailed);
 }
 
 void run(const Arguments& arguments) {
-  auto query = openQuery(arguments.path);
-  if (!query) {
-    fmt::print(stderr, "tellurion query: {}\n", io::describe(query.error()));
-    throw CLI::RuntimeError(kFailed);
+  const auto reader = pyramid::PyramidReader::open(arguments.path);
+  if (!reader) fail(io::describe(reader.error()));
+  const raster::TileSourceInfo& info = (*reader)->info();
+  if (arguments.level && *arguments.level > info.maxLevel) {
+    fmt::print(stderr, "tellurion query: {} has no level {}: its finest, {} or above, answers\n", arguments.path,
+               *arguments.level, info.maxLevel);
   }
-  if (!Session(std::move(*query), arguments).run()) throw CLI::RuntimeError(kFailed);
+  const auto format = arguments.asJson ? AnswerFormat::json : arguments.asCsv ? AnswerFormat::csv : AnswerFormat::text;
+  const auto sampling = arguments.isNearest ? pyramid::Sampling::nearest : pyramid::Sampling::bilinear;
+  const std::uint64_t cacheBytes = arguments.cache_MiB << 20u;
+  if (info.kind == raster::Kind::imagery) {
+    if (arguments.normals)
+      fail(fmt::format("{}: holds imagery, which has no normals; leave --normals out", arguments.path));
+    auto query = pyramid::ColourQuery::create(*reader, cacheBytes);
+    if (!query) fail(io::describe(query.error()));
+    using ColourSession = Session<pyramid::ColourQuery, pyramid::ColourQuestion, pyramid::ColourAnswer, ColourPrinter>;
+    return runSession(ColourSession(std::move(*query), {.level = arguments.level, .sampling = sampling},
+                                    {.format = format}, info.bounds, arguments.asCsv),
+                      arguments);
+  }
+  auto query = pyramid::HeightQuery::create(*reader, cacheBytes);
+  if (!query) fail(io::describe(query.error()));
+  using HeightSession = Session<pyramid::HeightQuery, pyramid::HeightQuestion, pyramid::HeightAnswer, HeightPrinter>;
+  runSession(HeightSession(std::move(*query),
+                           {.level = arguments.level, .sampling = sampling, .withNormals = arguments.normals},
+                           {.format = format, .withNormals = arguments.normals}, info.bounds, arguments.asCsv),
+             arguments);
 }
 
 }  // namespace
 
 void addQuery(CLI::App& program) {
-  auto* command = program.add_subcommand("query", "Print the height of places");
+  auto* command = program.add_subcommand("query", "Print the height or the colour of places");
   auto arguments = std::make_shared<Arguments>();
-  command->add_option("X.tdb", arguments->path, "A tile database of elevation")->required();
+  command->add_option("X.tdb", arguments->path, "A tile database")->required();
+  auto* at = command->add_option("--at", arguments->places, "A place, LAT,LON in degrees; may be given again")
+                 ->allow_extra_args(false);
+  command->add_option("--input", arguments->input, "Read places from this file; left out: from standard input")
+      ->excludes(at);
   command->add_option("--level", arguments->level, "No deeper than this level; left out: the finest that is there")
       ->check(CLI::Range(0, tiling::kMaxLevel));
+  command->add_flag("--nearest", arguments->isNearest, "The sample or pixel that is nearest, nothing in between");
   command->add_flag("--normals", arguments->normals, "Also the surface's unit normal: east, north, up");
-  command->add_flag("--json", arguments->asJson, "A JSON object a line");
+  auto* json = command->add_flag("--json", arguments->asJson, "A JSON object a line");
+  command->add_flag("--csv", arguments->asCsv, "CSV in (a line that names columns lat and lon first, or not) and out")
+      ->excludes(json);
+  command->add_option("--cache-mib", arguments->cache_MiB, "Memory for tiles that are kept, MiB (64)")
+      ->check(CLI::Range(1, 1 << 20));
   command->footer(
-      "Reads 'LAT LON' or 'LAT,LON' lines (degrees) on standard input and prints the height in metres of each on a "
-      "line, 'nan' "
-      "where there\n"
-      "is no data. Blank lines are skipped. A line that is not a place prints 'error', is named on standard error, and "
-      "makes\n"
-      "the exit status 1.\n\n"
-      "Example: Mount Everest, and the ground's slope there\n"
-      "  echo '27.9881 86.9250' | tellurion query earth.tdb --normals");
+      "Reads 'LAT LON' or 'LAT,LON' lines (degrees) and prints a line for each: of elevation the height in metres, of\n"
+      "imagery red, green, blue and coverage (0 to 255), 'nan' where there is no data. JSON and CSV also tell the "
+      "tile's\n"
+      "level, its spacing in metres, the bound of the error against the finest data (error_m) and whether finer data\n"
+      "was kept out by --level (finer). Blank lines are skipped. A line that is not a place prints 'error', is named "
+      "on\n"
+      "standard error, and makes the exit status 1. Many places in one run are much faster than one a run.\n\n"
+      "Examples: Mount Everest, and the ground's slope there; places of a table; the colour of a place\n"
+      "  echo '27.9881 86.9250' | tellurion query earth.tdb --normals\n"
+      "  tellurion query earth.tdb --csv --input places.csv > heights.csv\n"
+      "  tellurion query earth_imagery.tdb --at 48.2,16.4 --json");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -1,6 +1,8 @@
 #include "geo/angle.h"
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace tellurion::geo {
 
@@ -9,27 +11,18 @@ namespace {
 constexpr double kHalfPi = kPi / 2.0;
 constexpr double kExactTurns = 1e13;  // below it, and well above what any file holds, the reductions here are exact
 
-}  // namespace
-
-SinCos sinCosQuarters(long long quarters, Angle rest) {
-  const double s = std::sin(rest.radians());
-  const double c = std::cos(rest.radians());
-  switch (quarters & 3) {
-    case 0:
-      return {s + 0.0, c + 0.0};
-    case 1:
-      return {c + 0.0, -s + 0.0};
-    case 2:
-      return {-s + 0.0, -c + 0.0};
-    default:
-      return {-c + 0.0, s + 0.0};
-  }
+/// To the nearest whole number, of two the even one, for |x| < kExactTurns: what std::nearbyint does by a call.
+double nearestWhole(double x) {
+  constexpr double kLastWholes = 0x1.8p52;  // doubles near it are the whole numbers
+  return (x + kLastWholes) - kLastWholes;
 }
+
+}  // namespace
 
 SinCos sinCosDegrees(double degrees) {
   if (!(std::fabs(degrees) < kExactTurns)) degrees = std::remainder(degrees, 360.0);
   if (std::isnan(degrees)) return {degrees, degrees};
-  const double quarters = std::nearbyint(degrees / 90.0);
+  const double quarters = nearestWhole(degrees / 90.0);
   return sinCosQuarters(static_cast<long long>(quarters), Angle::degrees(degrees - 90.0 * quarters));
 }
 
@@ -37,7 +30,7 @@ SinCos sinCos(Angle angle) {
   double radians = angle.radians();
   if (!(std::fabs(radians) < kExactTurns)) radians = std::remainder(radians, 2.0 * kPi);
   if (std::isnan(radians)) return {radians, radians};
-  const double quarters = std::nearbyint(radians / kHalfPi);
+  const double quarters = nearestWhole(radians / kHalfPi);
   return sinCosQuarters(static_cast<long long>(quarters), Angle::radians(radians - kHalfPi * quarters));
 }
 

@@ -2,21 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace tellurion::geo {
 
 namespace {
 
-// The way back from the body frame works in long double: where that is wider than a double (x86 Linux), closed form and
-// all, its own error stays below the rounding of what goes in and out.
+// The way back from the body frame ends in long double: where that is wider than a double (x86 Linux), its own error
+// stays below the rounding of what goes in and out.
 using Wide = long double;
 
-// A place in the meridian plane of a point, with what its normal needs.
+// A place in the meridian plane of a point, with what its normal needs. The latitude is that of the two, of about unit
+// length, and `turn` radians more, which they are too coarse to say.
 struct Meridian {
   Wide cosLat;
   Wide sinLat;
   Wide height_m;
   Wide fromAxis_m;
+  Wide turn = 0;
 };
 
 // Root of Vermeille's cubic (2011, sections 2 and 3), in the variables that Karney uses ("Geodesics on an ellipsoid of
@@ -64,11 +67,59 @@ Meridian unnormalized(Wide r, Wide z, Wide flattening) {
   return {.cosLat = r * (kappa / (kappa + e2)), .sinLat = z, .height_m = 0, .fromAxis_m = 0};
 }
 
-Meridian meridianOf(const BodyPosition& body, Wide a, Wide flattening) {
+// Bowring's formula ("Transformation from spatial to geographical coordinates", 1976) in double precision, then one
+// step of Newton's method for the foot of the perpendicular. The step says how far off the formula was: where that is
+// more than kNewtonReach, and near the evolute, where the step might lead to another foot, nothing.
+//
+// With F(lat) = R sin - Z cos - e^2 N sin cos, F' is the distance from the centre of curvature and |F''| < 5 e^2 a, so
+// that kNewtonReach^2 |F'' / 2 F'| < 1e-20 rad is left.
+std::optional<Meridian> quickMeridian(Wide fromAxis_m, Wide z_m, double a, double flattening) {
+  constexpr double kGreatestEccentricity2 = 0.02;  // Saturn, 0.19, goes the other way
+  constexpr double kLeastDistance = 0.5;           // of a; the evolute lies within e^2 of it
+  constexpr double kNewtonReach = 3e-10;
+  const double e2 = flattening * (2.0 - flattening);
+  const auto r = static_cast<double>(fromAxis_m) / a;
+  const auto z = static_cast<double>(z_m) / a;
+  const double distance2 = r * r + z * z;
+  constexpr double kFarthest2 = 1e12;  // beyond, squares might overflow soon
+  if (!(e2 <= kGreatestEccentricity2 && distance2 >= kLeastDistance * kLeastDistance && distance2 <= kFarthest2))
+    return std::nullopt;
+
+  const double oneMinusF = 1.0 - flattening;
+  const double primed = e2 / oneMinusF;  // e'^2 b, as a share of a
+  const double reducedSin = z * (std::sqrt(distance2) + primed);
+  const double reducedCos = r * std::sqrt(distance2) / oneMinusF;
+  const double reduced2 = reducedSin * reducedSin + reducedCos * reducedCos;
+  const double reduced3 = reduced2 * std::sqrt(reduced2);
+  const double sinTimes = z * reduced3 + primed * (reducedSin * reducedSin * reducedSin);
+  const double cosTimes = r * reduced3 - e2 * (reducedCos * reducedCos * reducedCos);
+  const double norm = std::sqrt(sinTimes * sinTimes + cosTimes * cosTimes);
+  const double s = sinTimes / norm;
+  const double c = cosTimes / norm;
+
+  // What follows takes the two for exact but for their length, 1 + excess / 2.
+  const Wide sinLat = s;
+  const Wide cosLat = c;
+  const Wide wideE2 = static_cast<Wide>(flattening) * (2 - static_cast<Wide>(flattening));
+  const Wide excess = sinLat * sinLat + cosLat * cosLat - 1;
+  const Wide w2 = 1 - wideE2 * sinLat * sinLat * (1 - excess);
+  const Wide w = std::sqrt(w2);
+  const Wide foot = wideE2 * a / w * sinLat * cosLat * (1 - excess / 2);
+  const Wide height_m = (fromAxis_m * cosLat + z_m * sinLat) * (1 - excess / 2) - a * w;
+  const Wide curvature_m = a * (1 - wideE2) / (w2 * w) + height_m;
+  const Wide step = (z_m * cosLat - fromAxis_m * sinLat + foot) / curvature_m;
+  if (!(std::abs(static_cast<double>(step)) <= kNewtonReach)) return std::nullopt;
+  return Meridian{.cosLat = cosLat, .sinLat = sinLat, .height_m = height_m, .fromAxis_m = fromAxis_m, .turn = step};
+}
+
+Meridian meridianOf(const BodyPosition& body, double semiMajorAxis_m, double flatteningOfBody) {
   const auto x = static_cast<Wide>(body.m.x);
   const auto y = static_cast<Wide>(body.m.y);
   const auto z = static_cast<Wide>(body.m.z);
   const Wide fromAxis = std::sqrt(x * x + y * y);
+  if (const auto quick = quickMeridian(fromAxis, z, semiMajorAxis_m, flatteningOfBody)) return *quick;
+  const auto a = static_cast<Wide>(semiMajorAxis_m);
+  const auto flattening = static_cast<Wide>(flatteningOfBody);
   Meridian m = unnormalized(fromAxis / a, z / a, flattening);
   const Wide norm = std::sqrt(m.cosLat * m.cosLat + m.sinLat * m.sinLat);
   m.cosLat /= norm;
@@ -100,18 +151,23 @@ BodyPosition Ellipsoid::bodyFromDirection(const Direction& d, double height_m) c
 }
 
 Geodetic Ellipsoid::geodeticFromBody(const BodyPosition& p) const {
-  const Meridian m = meridianOf(p, static_cast<Wide>(a_), static_cast<Wide>(f_));
+  const Meridian m = meridianOf(p, a_, f_);
   const double lon = m.fromAxis_m == 0 ? 0.0 : std::atan2(p.m.y + 0.0, p.m.x);
-  return {.lat = Angle::radians(static_cast<double>(std::atan2(m.sinLat, m.cosLat))),
+  const double lat = std::atan2(static_cast<double>(m.sinLat), static_cast<double>(m.cosLat));
+  return {.lat = Angle::radians(static_cast<double>(lat + m.turn)),
           .lon = Angle::radians(lon),
           .height_m = static_cast<double>(m.height_m)};
 }
 
 Direction Ellipsoid::directionFromBody(const BodyPosition& p) const {
-  const Meridian m = meridianOf(p, static_cast<Wide>(a_), static_cast<Wide>(f_));
-  const Wide scale = m.fromAxis_m == 0 ? Wide{0} : m.cosLat / m.fromAxis_m;
+  const Meridian m = meridianOf(p, a_, f_);
+  // The double that is nearest to a sine is off in length as well as in direction.
+  const Wide halfExcess = (m.sinLat * m.sinLat + m.cosLat * m.cosLat - 1) / 2;
+  const Wide cosLat = m.cosLat - m.sinLat * m.turn - m.cosLat * halfExcess;
+  const Wide sinLat = m.sinLat + m.cosLat * m.turn - m.sinLat * halfExcess;
+  const Wide scale = m.fromAxis_m == 0 ? Wide{0} : cosLat / m.fromAxis_m;
   return {Vec3(static_cast<double>(static_cast<Wide>(p.m.x) * scale),
-               static_cast<double>(static_cast<Wide>(p.m.y) * scale), static_cast<double>(m.sinLat))};
+               static_cast<double>(static_cast<Wide>(p.m.y) * scale), static_cast<double>(sinLat))};
 }
 
 std::optional<double> Ellipsoid::intersect(const Ray& ray, double height_m) const {

@@ -1,72 +1,20 @@
 #include "pyramid/height_query.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
-#include <list>
-#include <unordered_map>
 
 #include "geo/local_frame.h"
-#include "pyramid/tile_record.h"
+#include "pyramid/query_tiles.h"
 #include "raster/bilinear.h"
 
 namespace tellurion::pyramid {
 namespace {
 
-using raster::isNoData;
-using raster::kGutter;
-using tiling::TileId;
-
 /// Half the step of the numerical derivative of a place, as a share of a root's side: some 100 m on Earth, where both
 /// the curvature's error and cancellation are below 1e-9.
 constexpr double kHalfStep = 1e-5;
-
-struct CachedTile {
-  TileId id;
-  std::uint8_t childMask = 0;
-  raster::Raster<float> samples;
-};
-
-/// The tiles that were used last.
-class TileCache {
- public:
-  explicit TileCache(std::size_t capacity) : capacity_(std::max<std::size_t>(capacity, 1)) {}
-
-  const CachedTile* find(const TileId& id) {
-    const auto found = index_.find(id);
-    if (found == index_.end()) return nullptr;
-    tiles_.splice(tiles_.begin(), tiles_, found->second);
-    return &tiles_.front();
-  }
-  const CachedTile& insert(CachedTile tile) {
-    tiles_.push_front(std::move(tile));
-    index_[tiles_.front().id] = tiles_.begin();
-    if (tiles_.size() > capacity_) {
-      index_.erase(tiles_.back().id);
-      tiles_.pop_back();
-    }
-    return tiles_.front();
-  }
-
- private:
-  std::size_t capacity_;
-  std::list<CachedTile> tiles_;  ///< used last first
-  std::unordered_map<TileId, std::list<CachedTile>::iterator, tiling::TileIdHash> index_;
-};
-
-std::uint32_t cellOf(double u, int level) {
-  const double count = static_cast<double>(std::uint64_t{1} << static_cast<unsigned>(level));
-  return static_cast<std::uint32_t>(std::clamp(std::floor(u * count), 0.0, count - 1.0));
-}
-
-TileId tileOver(const tiling::RootPoint& p, int level) {
-  return {.level = static_cast<std::uint8_t>(level),
-          .root = static_cast<std::uint8_t>(p.root),
-          .x = cellOf(p.u, level),
-          .y = cellOf(p.v, level)};
-}
 
 /// The bilinear patch between four samples.
 struct Patch {
@@ -74,11 +22,21 @@ struct Patch {
   double s = 0.0;                   ///< 0..1 inside
   double t = 0.0;
 
-  bool isNoData() const { return !raster::bilinearHeight(heights, s, t); }
+  /// NaN where the nearest corner has no data.
   double height() const {
     const auto mix = [](double a, double b, double share) { return a + (b - a) * share; };
     const double whole = mix(mix(heights[0], heights[1], s), mix(heights[2], heights[3], s), t);
-    return std::isnan(whole) ? heightOverData() : whole;
+    if (!std::isnan(whole)) return whole;
+    return raster::bilinearHeight(heights, s, t) ? heightOverData() : whole;
+  }
+  double nearest() const { return heights[(s >= 0.5 ? 1u : 0u) + (t >= 0.5 ? 2u : 0u)]; }
+  /// How far the bilinear surface may be from `height_m`: it lies between the corners.
+  double relief_m(double height_m) const {
+    double most = 0.0;
+    for (const double h : heights) {
+      if (std::abs(h - height_m) > most) most = std::abs(h - height_m);  // not for NaN
+    }
+    return most;
   }
   double slopeAlongS() const { return slope(heights[1] - heights[0], heights[3] - heights[2], t); }
   double slopeAlongT() const { return slope(heights[2] - heights[0], heights[3] - heights[1], s); }
@@ -103,17 +61,24 @@ struct Patch {
   }
 };
 
-Patch patchAt(const CachedTile& tile, const tiling::RootPoint& p) {
-  const int cells = tile.samples.width - 1 - 2 * kGutter;
-  const double scale = static_cast<double>(std::uint64_t{1} << tile.id.level);
-  const double s = std::clamp((p.u * scale - tile.id.x) * cells, 0.0, static_cast<double>(cells));
-  const double t = std::clamp((p.v * scale - tile.id.y) * cells, 0.0, static_cast<double>(cells));
+struct CellOfTile {
+  Patch patch;
+  bool isAtBorder = false;  ///< one of its corners is on the tile's border
+};
+
+CellOfTile cellAt(const raster::Raster<float>& heights, const TilePlace& place) {
+  const int cells = heights.width - 1;
+  const double s = std::max(0.0, std::min(place.s * cells, static_cast<double>(cells)));
+  const double t = std::max(0.0, std::min(place.t * cells, static_cast<double>(cells)));
   const int column = std::min(static_cast<int>(s), cells - 1);
   const int row = std::min(static_cast<int>(t), cells - 1);
-  const auto sample = [&](int c, int r) {
-    return static_cast<double>(tile.samples.at(column + c + kGutter, row + r + kGutter));
-  };
-  return {.heights = {sample(0, 0), sample(1, 0), sample(0, 1), sample(1, 1)}, .s = s - column, .t = t - row};
+  const float* top = &heights.at(column, row);
+  const float* bottom = top + heights.width;
+  const auto metres = [](float height) { return static_cast<double>(height); };
+  return {.patch = {.heights = {metres(top[0]), metres(top[1]), metres(bottom[0]), metres(bottom[1])},
+                    .s = s - column,
+                    .t = t - row},
+          .isAtBorder = column == 0 || row == 0 || column == cells - 1 || row == cells - 1};
 }
 
 /// How the place moves with u (or v), metres for a whole root's side, at constant height.
@@ -133,47 +98,38 @@ geo::Vec3 tangent(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
 }  // namespace
 
 struct HeightQuery::State {
-  std::shared_ptr<const raster::TileSource> source;
-  tiling::Tiling tiling;
-  TileCache cache;
+  QueryTiles tiles;
 
-  io::Result<const CachedTile*> tile(const TileId& id) {
-    if (const CachedTile* cached = cache.find(id)) return cached;
-    auto loaded = source->load(id);
-    if (!loaded) return tl::unexpected(loaded.error());
-    if (!*loaded) return nullptr;
-    raster::SourceTile& found = **loaded;
-    auto& elevation = std::get<raster::ElevationTile>(found.payload);
-    return &cache.insert({.id = id, .childMask = found.childMask, .samples = std::move(elevation.samples)});
-  }
-
-  /// The deepest stored tile over a place, no deeper than `level`; null where there is none.
-  io::Result<const CachedTile*> finest(const tiling::RootPoint& p, int level) {
-    auto current = tile(tileOver(p, 0));
-    while (current && *current != nullptr && (*current)->id.level < level) {
-      const TileId below = tileOver(p, (*current)->id.level + 1);
-      if (((*current)->childMask & (1u << below.quadrant())) == 0) break;
-      current = tile(below);
-      if (current && *current == nullptr) {
-        return io::fail(io::Failure::Code::corrupt, fmt::format("{} is missing", nameOf(below)), source->info().name);
-      }
-    }
-    return current;
-  }
-
-  geo::Vec3 normal(const tiling::RootPoint& p, const CachedTile& tile) const {
-    const geo::Ellipsoid& ellipsoid = source->info().body.ellipsoid;
-    const double patches = static_cast<double>(std::uint64_t{1} << tile.id.level) * source->info().tileCells;
-    const Patch patch = patchAt(tile, p);
+  geo::Vec3 normal(const tiling::RootPoint& p, const QueryTile& tile, const Patch& patch, double height_m) const {
+    const geo::Ellipsoid& ellipsoid = tiles.source().info().body.ellipsoid;
+    const tiling::Tiling& tiling = tiles.tiling();
+    const double patches = static_cast<double>(std::int64_t{1} << tile.id.level) * (tile.heights.width - 1);
     const geo::Vec3 up = tiling.direction(p).n;
-    const double height = patch.height();
     const geo::Vec3 alongU =
-        tangent(tiling, ellipsoid, p, &tiling::RootPoint::u, height) + up * (patch.slopeAlongS() * patches);
+        tangent(tiling, ellipsoid, p, &tiling::RootPoint::u, height_m) + up * (patch.slopeAlongS() * patches);
     const geo::Vec3 alongV =
-        tangent(tiling, ellipsoid, p, &tiling::RootPoint::v, height) + up * (patch.slopeAlongT() * patches);
+        tangent(tiling, ellipsoid, p, &tiling::RootPoint::v, height_m) + up * (patch.slopeAlongT() * patches);
     const geo::Vec3 normal = geo::normalize(geo::cross(alongV, alongU));
     const geo::LocalFrame frame = geo::localFrameAt(ellipsoid, geo::geodeticFromDirection({up}));
     return {geo::dot(normal, frame.east), geo::dot(normal, frame.north), geo::dot(normal, frame.up)};
+  }
+
+  std::optional<HeightAnswer> answer(const tiling::RootPoint& p, const QueryTile* tile,
+                                     const HeightQuestion& question) const {
+    if (tile == nullptr) return std::nullopt;
+    const bool isNearest = question.sampling == Sampling::nearest;
+    const bool isJoined = !isNearest && !tile->joined.samples.empty();
+    const CellOfTile cell = cellAt(isJoined ? tile->joined : tile->heights, placeIn(tile->id, p));
+    HeightAnswer answer{.height_m = isNearest ? cell.patch.nearest() : cell.patch.height(),
+                        .level = tile->id.level,
+                        .spacing_m = tiles.spacing_m(tile->id.level),
+                        .errorBound_m = tile->error_m,
+                        .hasFiner = tile->hasFiner(p)};
+    if (std::isnan(answer.height_m)) return std::nullopt;
+    if (isNearest) answer.errorBound_m += cell.patch.relief_m(answer.height_m);
+    if (cell.isAtBorder) answer.errorBound_m += tile->joinShift_m;
+    if (question.withNormals) answer.normal_enu = normal(p, *tile, cell.patch, answer.height_m);
+    return answer;
   }
 };
 
@@ -182,27 +138,30 @@ HeightQuery::~HeightQuery() = default;
 HeightQuery::HeightQuery(HeightQuery&&) noexcept = default;
 HeightQuery& HeightQuery::operator=(HeightQuery&&) noexcept = default;
 
-io::Result<HeightQuery> HeightQuery::create(std::shared_ptr<const raster::TileSource> source, std::size_t cachedTiles) {
+io::Result<HeightQuery> HeightQuery::create(std::shared_ptr<const raster::TileSource> source,
+                                            std::uint64_t cacheBytes) {
   if (source->info().kind != raster::Kind::elevation) {
     return io::fail(io::Failure::Code::invalidArgument, "holds imagery; heights are asked of a database of elevation",
                     source->info().name);
   }
-  const tiling::Tiling tiling(source->info().scheme);
-  auto state =
-      std::make_unique<State>(State{.source = std::move(source), .tiling = tiling, .cache = TileCache(cachedTiles)});
-  return HeightQuery(std::move(state));
+  return HeightQuery(std::make_unique<State>(State{.tiles = QueryTiles(std::move(source), cacheBytes)}));
 }
 
-io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& place, std::optional<int> level) {
-  if (std::isnan(place.n.x) || std::isnan(place.n.y) || std::isnan(place.n.z)) return std::optional<HeightAnswer>{};
-  const tiling::RootPoint point = state_->tiling.rootPoint(place);
-  const auto tile = state_->finest(point, level.value_or(tiling::kMaxLevel));
+io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& place,
+                                                        const HeightQuestion& question) const {
+  const tiling::RootPoint point = state_->tiles.tiling().rootPoint(place);
+  const auto tile = state_->tiles.finest(point, question.level.value_or(tiling::kMaxLevel));
   if (!tile) return tl::unexpected(tile.error());
-  if (*tile == nullptr) return std::optional<HeightAnswer>{};
-  const Patch patch = patchAt(**tile, point);
-  if (patch.isNoData()) return std::optional<HeightAnswer>{};
-  return std::optional(HeightAnswer{
-      .height_m = patch.height(), .normal_enu = state_->normal(point, **tile), .level = (*tile)->id.level});
+  return state_->answer(point, tile->get(), question);
+}
+
+io::Result<void> HeightQuery::at(std::span<const geo::Direction> places, std::span<std::optional<HeightAnswer>> answers,
+                                 const HeightQuestion& question) const {
+  assert(places.size() == answers.size());
+  return state_->tiles.visit(places, question.level.value_or(tiling::kMaxLevel),
+                             [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) {
+                               answers[i] = state_->answer(p, tile, question);
+                             });
 }
 
 }  // namespace tellurion::pyramid

@@ -48,9 +48,9 @@ class FunctionSource final : public raster::TileSource {
 
 class HeightQueryTest : public ::testing::TestWithParam<Scheme> {
  protected:
-  HeightQuery query(int maxLevel, std::function<double(const geo::Direction&)> height, std::size_t cached = 64) const {
+  HeightQuery query(int maxLevel, std::function<double(const geo::Direction&)> height, std::uint64_t cacheBytes = 4 << 20) const {
     auto created =
-        HeightQuery::create(std::make_shared<FunctionSource>(GetParam(), maxLevel, std::move(height)), cached);
+        HeightQuery::create(std::make_shared<FunctionSource>(GetParam(), maxLevel, std::move(height)), cacheBytes);
     EXPECT_TRUE(created.has_value());
     return std::move(*created);
   }
@@ -75,7 +75,7 @@ const std::vector<geo::Direction>& places() {
 TEST_P(HeightQueryTest, ABareSpheresNormalIsUp) {
   HeightQuery flat = query(3, [](const geo::Direction&) { return 250.0; });
   for (const geo::Direction& place : places()) {
-    const auto answer = flat.at(place);
+    const auto answer = flat.at(place, {.withNormals = true});
     ASSERT_TRUE(answer.has_value() && answer->has_value());
     EXPECT_EQ((*answer)->height_m, 250.0);
     EXPECT_EQ((*answer)->level, 3);
@@ -91,7 +91,7 @@ TEST_P(HeightQueryTest, NormalLeansAwayFromTheSlope) {
   HeightQuery slope = query(5, [k](const geo::Direction& d) { return k * d.n.z; });
   const double radius = geo::moon().ellipsoid.semiMajorAxis_m();
   for (const geo::Direction& place : places()) {
-    const auto answer = slope.at(place);
+    const auto answer = slope.at(place, {.withNormals = true});
     ASSERT_TRUE(answer.has_value() && answer->has_value());
     const double height = k * place.n.z;
     const double gradient = k * std::sqrt(1 - place.n.z * place.n.z) / (radius + height);  // to the north
@@ -106,7 +106,7 @@ TEST_P(HeightQueryTest, NormalLeansAwayFromTheSlope) {
 TEST_P(HeightQueryTest, LevelLimitsTheDepth) {
   HeightQuery deep = query(6, [](const geo::Direction& d) { return 1000.0 * std::sin(40.0 * d.n.x); });
   for (int level = 0; level <= 8; ++level) {
-    const auto answer = deep.at(geo::directionFromDegrees(12.3, 45.6), level);
+    const auto answer = deep.at(geo::directionFromDegrees(12.3, 45.6), {.level = level});
     ASSERT_TRUE(answer.has_value() && answer->has_value());
     EXPECT_EQ((*answer)->level, std::min(level, 6));
   }
@@ -131,7 +131,7 @@ TEST_P(HeightQueryTest, NoDataWhereTheNearestSampleHasNone) {
 
 TEST_P(HeightQueryTest, ASmallCacheGivesTheSameAnswers) {
   const auto height = [](const geo::Direction& d) { return 500.0 * d.n.x * d.n.y + 100.0 * std::cos(30.0 * d.n.z); };
-  HeightQuery wide = query(4, height, 4096);
+  HeightQuery wide = query(4, height);
   HeightQuery narrow = query(4, height, 1);
   for (const geo::Direction& place : places()) {
     const auto a = wide.at(place);

@@ -10,6 +10,32 @@ namespace tellurion::pyramid {
 
 using Code = io::Failure::Code;
 
+namespace {
+
+/// A root that is not stored is fine where nothing below it is: parents of stored tiles are always stored.
+io::Result<void> checkMissingRoot(TileDatabase& database, const tiling::TileId& root) {
+  for (int q = 0; q < 4; ++q) {
+    const auto found = database.contains(root.child(q));
+    if (!found) return tl::unexpected(found.error());
+    if (*found) {
+      return io::fail(Code::corrupt,
+                      fmt::format("{} is missing though {}, below it, is stored; build it again", nameOf(root),
+                                  nameOf(root.child(q))),
+                      database.connection().path());
+    }
+  }
+  return {};
+}
+
+io::Result<std::optional<TileRecord>> readOrSayWhatIsMissing(TileDatabase& database, const tiling::TileId& id) {
+  auto record = database.read(id);
+  if (!record || *record || id.level != 0) return record;
+  if (const auto ok = checkMissingRoot(database, id); !ok) return tl::unexpected(ok.error());
+  return record;
+}
+
+}  // namespace
+
 struct PyramidReader::State {
   std::filesystem::path path;
   raster::TileSourceInfo info;
@@ -31,6 +57,15 @@ struct PyramidReader::State {
   void giveBack(TileDatabase database) const {
     const std::scoped_lock lock(mutex);
     idle.push_back(std::move(database));
+  }
+  /// Nothing where no tile is stored.
+  io::Result<std::optional<TileRecord>> read(const tiling::TileId& id) const {
+    if (id.level > info.maxLevel) return std::optional<TileRecord>{};
+    auto database = borrow();
+    if (!database) return tl::unexpected(database.error());
+    auto record = readOrSayWhatIsMissing(*database, id);
+    giveBack(std::move(*database));
+    return record;
   }
 };
 
@@ -67,28 +102,6 @@ io::Result<std::vector<LevelSummary>> levelsOf(const TileDatabase& database) {
   return levels;
 }
 
-/// A root that is not stored is fine where nothing below it is: parents of stored tiles are always stored.
-io::Result<void> checkMissingRoot(TileDatabase& database, const tiling::TileId& root) {
-  for (int q = 0; q < 4; ++q) {
-    const auto found = database.contains(root.child(q));
-    if (!found) return tl::unexpected(found.error());
-    if (*found) {
-      return io::fail(Code::corrupt,
-                      fmt::format("{} is missing though {}, below it, is stored; build it again", nameOf(root),
-                                  nameOf(root.child(q))),
-                      database.connection().path());
-    }
-  }
-  return {};
-}
-
-io::Result<std::optional<TileRecord>> readOrSayWhatIsMissing(TileDatabase& database, const tiling::TileId& id) {
-  auto record = database.read(id);
-  if (!record || *record || id.level != 0) return record;
-  if (const auto ok = checkMissingRoot(database, id); !ok) return tl::unexpected(ok.error());
-  return record;
-}
-
 }  // namespace
 
 PyramidReader::PyramidReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -112,11 +125,7 @@ const raster::TileSourceInfo& PyramidReader::info() const {
 }
 
 io::Result<std::optional<raster::SourceTile>> PyramidReader::load(const tiling::TileId& id) const {
-  if (id.level > state_->info.maxLevel) return std::optional<raster::SourceTile>{};
-  auto database = state_->borrow();
-  if (!database) return tl::unexpected(database.error());
-  const auto record = readOrSayWhatIsMissing(*database, id);
-  state_->giveBack(std::move(*database));
+  const auto record = state_->read(id);
   if (!record) return tl::unexpected(record.error());
   if (!*record) return std::optional<raster::SourceTile>{};
   auto tile = decoded(**record, state_->info.kind, state_->info.tileCells);
@@ -124,6 +133,12 @@ io::Result<std::optional<raster::SourceTile>> PyramidReader::load(const tiling::
     return io::fail(tile.error().code, fmt::format("{}: {}", nameOf(id), tile.error().message), state_->info.name);
   }
   return std::optional(std::move(*tile));
+}
+
+io::Result<raster::TilePresence> PyramidReader::lookUp(const tiling::TileId& id) const {
+  const auto record = state_->read(id);
+  if (!record) return tl::unexpected(record.error());
+  return *record ? raster::TilePresence{.stored = true, .childMask = (*record)->childMask} : raster::TilePresence{};
 }
 
 io::Result<std::optional<raster::Raster<float>>> PyramidReader::depths(const tiling::TileId& id) const {

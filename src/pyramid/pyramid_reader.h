@@ -38,6 +38,8 @@ class PyramidReader final : public raster::TileSource {
   /// Reads and decodes. Fails on a wrong checksum, a payload that does not decode, or a root that is not stored though
   /// a child of it is; nothing where no tile is stored. That a deeper tile is missing only its parent can tell.
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override;
+  /// Reads the row and checks it, payload included, without decoding that.
+  io::Result<raster::TilePresence> lookUp(const tiling::TileId& id) const override;
   /// As TileDatabase::depths.
   io::Result<std::optional<raster::Raster<float>>> depths(const tiling::TileId& id) const;
   io::Result<PyramidSummary> summary() const;

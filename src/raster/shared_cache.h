@@ -57,6 +57,15 @@ class SharedCache {
     return found->second.value;
   }
 
+  /// The same, and it counts as used now.
+  std::optional<Pointer> use(const Key& key) {
+    const std::scoped_lock lock(mutex_);
+    const auto found = entries_.find(key);
+    if (found == entries_.end() || found->second.making) return std::nullopt;
+    uses_.splice(uses_.begin(), uses_, found->second.use);
+    return found->second.value;
+  }
+
   std::uint64_t bytes() const {
     const std::scoped_lock lock(mutex_);
     return bytes_;

@@ -49,6 +49,14 @@ class TileSource {
   virtual const TileSourceInfo& info() const = 0;
   /// What can be told of a tile at once, without waiting for anything; nothing: load() has to be asked.
   virtual std::optional<TilePresence> presence(const tiling::TileId& /*id*/) const { return std::nullopt; }
+  /// The same, where it may be waited for: what load(id) would tell but the samples, at less cost where the source can.
+  /// Fails on what load() fails on, but for samples that cannot be decoded.
+  virtual io::Result<TilePresence> lookUp(const tiling::TileId& id) const {
+    if (const auto told = presence(id)) return *told;
+    const auto tile = load(id);
+    if (!tile) return tl::unexpected(tile.error());
+    return *tile ? TilePresence{.stored = true, .childMask = (*tile)->childMask} : TilePresence{};
+  }
   /// Begins to bring what load(id) reads from a network. `ready` is called once, on any thread but not from within,
   /// when load(id) will not wait for it any more; it must be quick. While a server is failing it is not called. Not
   /// after the preparation is destroyed, which must live until load(id) has returned. Null: there is nothing to wait

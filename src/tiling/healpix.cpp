@@ -1,60 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tiling/octants.h"
-#include "tiling/schemes.h"
+#include "tiling/healpix_plane.h"
 
-// HEALPix (Gorski and others, 2005) in its own plane: `ring` counts from 0 at the north pole to 4 at the south pole
-// (HEALPix's ring index divided by the number of pixels a side), `octants` is the longitude in units of 45 degrees. A
-// root's square lies in it as a diamond: ring = ringOf(north corner) + u + v, octants = (middle) + (u - v), the last
-// shrunk to a point towards a pole.
 namespace tellurion::tiling::healpix {
 
 namespace {
-
-constexpr double kBorder = 2e-15;  // in u and v: nearer to a root's border than this is on it
-
-double northCornerRing(int root) {
-  return static_cast<double>(root / 4);
-}
-double middleOctants(int root) {
-  return 2.0 * (root % 4) + (root / 4 == 1 ? 0.0 : 1.0);
-}
-
-struct PlanePoint {
-  double ring;
-  double octants;  // not yet within one turn
-};
-
-PlanePoint planeFromRoot(const RootPoint& p) {
-  const double ring = northCornerRing(p.root) + (p.u + p.v);
-  const double fromPole = std::min(ring, 4.0 - ring);
-  double offset = p.u - p.v;
-  if (fromPole < 1.0) offset = fromPole > 0.0 ? std::clamp(offset / fromPole, -1.0, 1.0) : 0.0;
-  return {ring, middleOctants(p.root) + offset};
-}
-
-// [-1, 9] to [0, 8), exact.
-double withinTurn(double octants) {
-  if (octants < 0.0) return octants + 8.0;
-  return octants >= 8.0 ? octants - 8.0 : octants;
-}
-
-struct Height {
-  double sin;
-  double cos;
-};
-
-// Of the latitude on a ring.
-Height heightOf(double ring) {
-  const double fromPole = std::min(ring, 4.0 - ring);
-  if (fromPole < 1.0) {
-    const double t = fromPole * fromPole / 3.0;  // 1 - |sin lat|
-    return {ring < 2.0 ? 1.0 - t : t - 1.0, std::sqrt(t * (2.0 - t))};
-  }
-  const double s = (2.0 - ring) * (2.0 / 3.0);
-  return {s, std::sqrt((1.0 - s) * (1.0 + s))};
-}
 
 double latRadians(double ring) {
   const Height h = heightOf(ring);
@@ -62,8 +13,7 @@ double latRadians(double ring) {
 }
 
 // In a cap each root is a quarter turn of longitude.
-RootPoint capRootPoint(double fromPole, double octants, bool north) {
-  const double turn = octants < 0.0 ? octants + 8.0 : octants;
+RootPoint capRootPoint(double fromPole, double turn, bool north) {
   int quarter = std::min(static_cast<int>(turn * 0.5), 3);
   double across = std::clamp(turn - 2.0 * quarter - 1.0, -1.0, 1.0);
   if (quarter > 0 && across <= -1.0 + kBorder) {
@@ -90,8 +40,7 @@ int rootOf(const Diamond& d) {
   return 4 * row + ((row == 2 ? d.i - 1 : d.i) & 3);
 }
 
-RootPoint beltRootPoint(double ring, double octants) {
-  const double turn = octants < 0.0 ? octants + 8.0 : octants;
+RootPoint beltRootPoint(double ring, double turn) {
   const double a = (ring + turn - 1.0) / 2.0;
   const double b = (ring - turn + 1.0) / 2.0;  // a - i = u, b - j = v
   const int i = static_cast<int>(std::floor(a));
@@ -136,20 +85,20 @@ std::span<const RootLinks> links() {
   return kLinks;
 }
 
+RootPoint rootPointOnBorder(const PlaceOnPlane& place) {
+  if (!(std::isfinite(place.turn) && std::isfinite(place.fromPole))) return {0, std::nan(""), std::nan("")};
+  if (place.fromPole < 1.0) return capRootPoint(place.fromPole, place.turn, place.z > 0.0);
+  return beltRootPoint(beltRing(place), place.turn);
+}
+
 geo::Direction direction(const RootPoint& p) {
-  const PlanePoint plane = planeFromRoot(p);
-  const Height lat = heightOf(plane.ring);
-  const geo::SinCos lon = sinCosOctants(withinTurn(plane.octants));
-  return {geo::Vec3(lat.cos * lon.cos + 0.0, lat.cos * lon.sin + 0.0, lat.sin + 0.0)};
+  return directionInline(p);
 }
 
 RootPoint rootPoint(const geo::Direction& d) {
-  const double octants = octantsOf(d.n.y, d.n.x);
-  const double z = std::fabs(d.n.z);
-  if (!(std::isfinite(octants) && std::isfinite(z))) return {0, std::nan(""), std::nan("")};
-  const double fromPole = std::sqrt(3.0 * (d.n.x * d.n.x + d.n.y * d.n.y) / (1.0 + z));
-  if (fromPole < 1.0) return capRootPoint(fromPole, octants, d.n.z > 0.0);
-  return beltRootPoint(std::clamp(2.0 - 1.5 * d.n.z, 1.0, 3.0), octants);
+  const PlaceOnPlane place = placeOnPlane(d);
+  const InsideRoot found = rootPointInside(place);
+  return found.isInside() ? found.point() : rootPointOnBorder(place);
 }
 
 // Latitude depends on u + v only and longitude grows with u and falls with v, so a tile's extremes lie at its corners.

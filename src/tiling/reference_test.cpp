@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <proj.h>
 
+#include <limits>
 #include <memory>
 
+#include "tiling/healpix_pixels.h"
 #include "tiling/places_test.h"
 
 namespace tellurion::tiling {
@@ -77,6 +79,44 @@ TEST(HealpixReference, PixelOfADirectionAtAllOrders) {
     }
   }
   EXPECT_LE(elsewhere, 10);
+}
+
+// Batches are the same to the last bit as what they are batches of, and so as exact as that.
+TEST(HealpixReference, BatchesAreWhatPlacesAreOneByOne) {
+  auto random = geo::seededGenerator();
+  const Tiling tiling(Scheme::healpix);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<geo::Direction> places{
+      {geo::Vec3(nan, 0.0, 1.0)}, {geo::Vec3(0.0, nan, 1.0)}, {geo::Vec3(1.0, 0.0, nan)}};
+  for (int octant = -8; octant <= 8; ++octant) {
+    for (const double lat : {-90.0, -geo::kPi, -1e-14, 0.0, 1e-300, 41.810314895778596, 66.4, 90.0 - 1e-13, 90.0})
+      places.push_back(geo::directionFromDegrees(lat, 22.5 * octant));
+  }
+  while (places.size() < 5000)
+    places.push_back(randomDirection(random));
+  for (const int order : {0, 1, 7, 20, kMaxLevel}) {
+    // Corners and middles of sides of pixels, where other pixels begin.
+    std::vector<geo::Direction> all = places;
+    for (int i = 0; i < 1000; ++i) {
+      const TileId id = tiling.tileAt(randomDirection(random), order);
+      all.push_back(tiling.direction(rootPointIn(id, 0.5 * static_cast<double>(randomBelow(random, 3)),
+                                                 0.5 * static_cast<double>(randomBelow(random, 3)))));
+    }
+    std::vector<std::uint64_t> pixels(all.size());
+    healpixNestedAt(all, order, pixels);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      ASSERT_LT(pixels[i], std::uint64_t{12} << (2 * order));
+      ASSERT_EQ(pixels[i], healpixNestedAt(all[i], order)) << order << " " << i;
+      ASSERT_EQ(pixels[i], healpixNested(tiling.tileAt(all[i], order))) << order << " " << i;
+    }
+    std::vector<geo::Direction> centres(pixels.size());
+    healpixCentres(pixels, order, centres);
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      ASSERT_EQ(centres[i], healpixCentre(pixels[i], order));
+      ASSERT_EQ(centres[i], tiling.direction(rootPointIn(tileFromHealpixNested(order, pixels[i]), 0.5, 0.5)));
+      ASSERT_EQ(healpixNestedAt(centres[i], order), pixels[i]) << order;
+    }
+  }
 }
 
 TEST(HealpixReference, EveryPixelOfTheLowOrdersIsATileOnce) {

@@ -4,6 +4,7 @@
 // at a place, neighbours, wrapping, caps) is said in tiling.cpp and neighbours.cpp over these and the tables of root
 // links.
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -35,6 +36,13 @@ inline Square squareOf(const TileId& id) {
   const RootPoint a = rootPointIn(id, 0.0, 0.0);
   const RootPoint b = rootPointIn(id, 1.0, 1.0);
   return {a.u, a.v, b.u, b.v};
+}
+
+/// Of the tile that a unit coordinate lies on, of 2^level; 0 for NaN.
+inline std::uint32_t tileCoordinate(double unit, int level) {
+  const auto tiles = static_cast<double>(std::int64_t{1} << level);
+  const double at = unit * tiles;
+  return at > 0.0 ? static_cast<std::uint32_t>(std::min(at, tiles - 1.0)) : 0u;
 }
 
 /// From radians, wider by a hair against rounding.

@@ -15,12 +15,6 @@ constexpr std::array<std::string_view, 3> kNames{"geographic", "cube", "healpix"
 constexpr double kPad = 2e-15;        // radians by which caps are wider than measured, against rounding
 constexpr double kBoundsPad = 1e-14;  // and bounds
 
-std::uint32_t tileCoordinate(double unit, int level) {
-  const auto tiles = static_cast<double>(std::uint64_t{1} << level);
-  const double at = unit * tiles;
-  return at > 0.0 ? static_cast<std::uint32_t>(std::min(at, tiles - 1.0)) : 0u;  // NaN too is 0
-}
-
 }  // namespace
 
 geo::GeoRect paddedBounds(double south, double north, double west, double east) {
@@ -146,21 +140,6 @@ double Tiling::area(const TileId& id) const {
       break;
   }
   return healpix::area(id);
-}
-
-// HEALPix counts ix from the south corner to the east corner and iy from the south corner to the west corner: against y
-// and x.
-std::uint64_t healpixNested(const TileId& id) {
-  const std::uint32_t last = (std::uint32_t{1} << id.level) - 1u;
-  return (std::uint64_t{id.root} << (2u * id.level)) | interleaved(last - id.y, last - id.x);
-}
-
-TileId tileFromHealpixNested(int order, std::uint64_t pixel) {
-  assert(order >= 0 && order <= kMaxLevel && (pixel >> (2 * order)) < healpix::kRoots);
-  const std::uint32_t last = (std::uint32_t{1} << order) - 1u;
-  const std::uint64_t inRoot = pixel & ((std::uint64_t{1} << (2 * order)) - 1u);
-  return {static_cast<std::uint8_t>(order), static_cast<std::uint8_t>(pixel >> (2 * order)),
-          last - evenBits(inRoot >> 1u), last - evenBits(inRoot)};
 }
 
 }  // namespace tellurion::tiling

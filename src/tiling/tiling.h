@@ -117,7 +117,7 @@ class Tiling {
 
 /// Of a tile's side, in u and v.
 inline double tileSize(int level) {
-  return 1.0 / static_cast<double>(std::uint64_t{1} << level);
+  return 1.0 / static_cast<double>(std::int64_t{1} << level);
 }
 /// Place of a tile-local coordinate (s, t in [0, 1], t down) on its root.
 inline RootPoint rootPointIn(const TileId& id, double s, double t) {

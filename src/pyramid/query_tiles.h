@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "raster/shared_cache.h"
+#include "raster/tile_source.h"
+
+namespace tellurion::pyramid {
+
+/// A decoded tile, as places on it are asked for.
+struct QueryTile {
+  tiling::TileId id;
+  std::uint8_t childMask = 0;
+  double error_m = 0.0;
+  raster::Raster<float> heights;  ///< elevation: (cells + 1)^2, the gutter is gone
+  raster::Raster<float> joined;   ///< the same as the surface has it (joinedHeights); empty: nothing is different
+  double joinShift_m = 0.0;       ///< by how much at most a height of `joined` is another than in `heights`
+  raster::Raster<raster::Rgba8> pixels;  ///< imagery: with the gutter
+
+  /// Whether a place of the root is on this tile and a question no deeper than `level` ends at it.
+  bool answers(const tiling::RootPoint& p, int level) const;
+  /// Whether a deeper tile is stored under a place that is on this one.
+  bool hasFiner(const tiling::RootPoint& p) const;
+};
+
+/// A place of a tile's square, in [0, 1], t down.
+struct TilePlace {
+  double s = 0.0;
+  double t = 0.0;
+};
+TilePlace placeIn(const tiling::TileId& id, const tiling::RootPoint& p);
+
+/// The tiles of a source that places are asked of, decoded ones kept up to a budget. Thread-safe.
+class QueryTiles {
+ public:
+  using Pointer = std::shared_ptr<const QueryTile>;
+
+  QueryTiles(std::shared_ptr<const raster::TileSource> source, std::uint64_t cacheBytes);
+
+  const raster::TileSource& source() const { return *source_; }
+  const tiling::Tiling& tiling() const { return tiling_; }
+  /// Mean metres between the samples of a level.
+  double spacing_m(int level) const { return spacing_m_[static_cast<std::size_t>(level)]; }
+
+  /// The deepest stored tile over a place, no deeper than `level`; null where there is none. Fails on what load() fails
+  /// on, and where a tile that its parent tells of is missing.
+  io::Result<Pointer> finest(const tiling::RootPoint& p, int level);
+
+  /// Calls visit(i, root point, tile or null) for each place: those on one tile one after the other, so that each tile
+  /// is looked for once; not in the order of the places. Places with NaN get null. Stops at the first failure.
+  template <class Visit>
+  io::Result<void> visit(std::span<const geo::Direction> places, int level, const Visit& visit);
+
+ private:
+  using TileCache = raster::SharedCache<tiling::TileId, QueryTile, tiling::TileIdHash>;
+  using PresenceCache = raster::SharedCache<tiling::TileId, raster::TilePresence, tiling::TileIdHash>;
+  static constexpr std::size_t kShards = 16;  ///< threads that ask at once seldom meet at one
+  struct Shard {
+    Shard(std::uint64_t tileBytes, std::uint64_t presenceBytes) : tiles(tileBytes), presences(presenceBytes) {}
+    TileCache tiles;
+    PresenceCache presences;
+  };
+
+  Shard& shardOf(const tiling::TileId& id);
+  io::Result<Pointer> tile(const tiling::TileId& id);
+  io::Result<Pointer> loaded(const tiling::TileId& id);
+  io::Result<raster::TilePresence> presenceOf(const tiling::TileId& id);
+  io::Result<bool> isStored(const tiling::TileId& id);
+  io::Result<void> join(QueryTile& tile);
+  std::atomic<std::uint8_t>& hintAt(const tiling::RootPoint& p);
+
+  std::shared_ptr<const raster::TileSource> source_;
+  tiling::Tiling tiling_;
+  std::array<double, tiling::kMaxLevel + 1> spacing_m_{};
+  std::vector<std::unique_ptr<Shard>> shards_;
+  std::vector<std::atomic<std::uint8_t>> hints_;  ///< the level that answered last, for each tile of kHintLevel
+};
+
+/// Places in an order in which those on one tile, of whatever level, follow each other: along the Morton curve.
+struct OrderedPlaces {
+  std::vector<tiling::RootPoint> points;  ///< of each place, in the places' own order
+  std::vector<std::uint32_t> order;       ///< their numbers
+};
+OrderedPlaces alongTheCurve(const tiling::Tiling& tiling, std::span<const geo::Direction> places);
+
+template <class Visit>
+io::Result<void> QueryTiles::visit(std::span<const geo::Direction> places, int level, const Visit& visit) {
+  const OrderedPlaces ordered = alongTheCurve(tiling_, places);
+  Pointer tile;
+  for (const std::uint32_t i : ordered.order) {
+    const tiling::RootPoint& p = ordered.points[i];
+    if (tile == nullptr || !tile->answers(p, level)) {
+      auto found = finest(p, level);
+      if (!found) return tl::unexpected(found.error());
+      tile = std::move(*found);
+    }
+    visit(i, p, tile.get());
+  }
+  return {};
+}
+
+}  // namespace tellurion::pyramid
