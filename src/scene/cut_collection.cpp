@@ -28,7 +28,6 @@ class Collection {
     for (const DrawnLeaf& leaf : leaves_)
       draw(leaf);
     if (history_ != nullptr) remember(forest_, *history_->now);
-    sortWanted();
   }
 
  private:
@@ -120,20 +119,6 @@ class Collection {
                              : corners_.settle(nullptr, 1.0f);
     out_.morphing = !atGoals || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
       return n.waits || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
-    });
-  }
-
-  /// Each tile once, as urgent as the most urgent of those who asked for it.
-  void sortWanted() {
-    auto& wanted = out_.wanted;
-    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
-      return a.id != b.id ? a.id < b.id : a.priority > b.priority;
-    });
-    wanted.erase(std::unique(wanted.begin(), wanted.end(),
-                             [](const WantedTile& a, const WantedTile& b) { return a.id == b.id; }),
-                 wanted.end());
-    std::sort(wanted.begin(), wanted.end(), [](const WantedTile& a, const WantedTile& b) {
-      return a.priority != b.priority ? a.priority > b.priority : a.id < b.id;
     });
   }
 

@@ -1,6 +1,7 @@
 #include "scene/cut_growth.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace tellurion::scene {
@@ -27,16 +28,16 @@ class Growth {
         forest_(buffers.forest),
         queue_(buffers.queue),
         costly_(buffers.costly),
+        tally_(buffers.tally),
         out_(out) {}
 
   void run() {
     growFromRoots();
-    if (past_.isKnown() && copies_bytes_ > options_.copies_bytes) growWithinCopies();
-    out_.spareCopies_bytes = options_.copies_bytes - std::min(options_.copies_bytes, copies_bytes_);
+    if (past_.isKnown() && tally_.copies_bytes > options_.copies_bytes) growWithinCopies();
+    out_.spareCopies_bytes = options_.copies_bytes - std::min(options_.copies_bytes, tally_.copies_bytes);
   }
 
- private:
-  void growFromRoots() {
+  void addRoots() {
     clear();
     for (int root = 0; root < rules_.tiling.rootCount(); ++root) {
       CutNode& node = add(-1, root, rules_.tree.root(root));
@@ -48,6 +49,19 @@ class Growth {
       if (!node.facts->drawable) want(node.id, node.seen ? kMissingRoot : kUnseenRoot);
       if (node.facts->isStandIn && node.seen) want(node.id, kNoPicture * shareOf(*node.facts));
     }
+  }
+
+  /// Worst first, as long as something asks for a split, and no more than that; tells how many it were.
+  std::size_t refine(std::size_t most = std::numeric_limits<std::size_t>::max()) {
+    std::size_t done = 0;
+    for (; done < most && !queue_.empty() && !out_.cappedByBudget; ++done)
+      refineWorst();
+    return done;
+  }
+
+ private:
+  void growFromRoots() {
+    addRoots();
     refine();
   }
 
@@ -74,28 +88,24 @@ class Growth {
     out_.rootShares.clear();
     out_.visited = out_.culledFrustum = out_.culledHorizon = 0;
     out_.cappedByBudget = false;
-    copies_bytes_ = 0;
-    leaves_ = 0;
-    triangles_ = bytes_ = 0;
+    tally_ = {};
   }
 
-  void refine() {
-    while (!queue_.empty() && !out_.cappedByBudget) {
-      const WaitingNode worst = queue_.front();
-      std::pop_heap(queue_.begin(), queue_.end());
-      queue_.pop_back();
-      if (at(worst.node).firstChild < 0) {
-        if (worst.kept && mayMerge(at(worst.node))) continue;
-        at(worst.node).kept = worst.kept;
-        cause_ = worst.node;
-        refused_ = false;
-        if (!split(worst.node, worst.need, false)) {
-          if (refused_) costly_.push_back(worst);
-          continue;
-        }
+  void refineWorst() {
+    const WaitingNode worst = queue_.front();
+    std::pop_heap(queue_.begin(), queue_.end());
+    queue_.pop_back();
+    if (at(worst.node).firstChild < 0) {
+      if (worst.kept && mayMerge(at(worst.node))) return;
+      at(worst.node).kept = worst.kept;
+      cause_ = worst.node;
+      refused_ = false;
+      if (!split(worst.node, worst.need, false)) {
+        if (refused_) costly_.push_back(worst);
+        return;
       }
-      if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
     }
+    if (options_.morph && at(worst.node).need > 1.0) queueRing(worst.node, worst.need);
   }
 
   CutNode& at(int node) { return forest_.at(node); }
@@ -108,9 +118,9 @@ class Growth {
   /// What it costs to draw, if it is drawn.
   void count(const CutNode& node, int sign) {
     if (!node.seen) return;
-    leaves_ += sign;
-    triangles_ += sign * node.facts->triangles;
-    bytes_ += sign * static_cast<std::int64_t>(node.facts->bytes);
+    tally_.leaves += sign;
+    tally_.triangles += sign * node.facts->triangles;
+    tally_.bytes += sign * static_cast<std::int64_t>(node.facts->bytes);
   }
 
   /// `which`: its quadrant, or number of a root, whose parent is -1. What lies around it is left to the caller.
@@ -126,7 +136,7 @@ class Growth {
     // What is only there until it looks like its parent asks for nothing below it.
     if (over != nullptr && over->kept) node.need = std::min(node.need, 1.0);
     count(node, 1);
-    copies_bytes_ += copiesOf(node);
+    tally_.copies_bytes += copiesOf(node);
     if (node.need > 1.0) {
       enqueue({.need = node.need, .id = node.id, .node = index});
     } else if (node.before == Before::below && node.isDrawn() &&
@@ -146,7 +156,7 @@ class Growth {
 
   /// It was split, and may be drawn itself again.
   bool mayMerge(const CutNode& node) {
-    const bool fits = stage_ == Stage::whole || copies_bytes_ <= std::max(options_.copies_bytes, copiesOf(node));
+    const bool fits = stage_ == Stage::whole || tally_.copies_bytes <= std::max(options_.copies_bytes, copiesOf(node));
     return fits && past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *node.facts));
   }
 
@@ -155,7 +165,7 @@ class Growth {
     std::uint64_t copies = 0;
     for (const TileFacts* child : children)
       copies += node.shown ? child->copy_bytes : 0;
-    const std::uint64_t others = copies_bytes_ - copiesOf(node);
+    const std::uint64_t others = tally_.copies_bytes - copiesOf(node);
     if (copies <= copiesOf(node)) return true;
     return stage_ == Stage::copying && (others == 0 || others + copies <= options_.copies_bytes);
   }
@@ -174,7 +184,7 @@ class Growth {
     bool ready = true;
     double urgency = 0.0;
     for (int q = 0; q < 4; ++q) {
-      const TileFacts& child = *children[static_cast<std::size_t>(q)];
+      TileFacts& child = *children[static_cast<std::size_t>(q)];
       if (child.drawable || (!past_.isKnown() && !rules_.sight.maySee(child, inside))) continue;
       if (ready) urgency = urgencyOf(cause, need);
       want(id.child(q), urgency);
@@ -199,14 +209,14 @@ class Growth {
   }
 
   bool affords(const CutNode& node, const TileChildren& children, double priority) {
-    std::int64_t triangles = triangles_ - (node.seen ? node.facts->triangles : 0);
-    std::int64_t bytes = bytes_ - (node.seen ? static_cast<std::int64_t>(node.facts->bytes) : 0);
+    std::int64_t triangles = tally_.triangles - (node.seen ? node.facts->triangles : 0);
+    std::int64_t bytes = tally_.bytes - (node.seen ? static_cast<std::int64_t>(node.facts->bytes) : 0);
     for (const TileFacts* child : children) {
       triangles += node.seen ? child->triangles : 0;
       bytes += node.seen ? static_cast<std::int64_t>(child->bytes) : 0;
     }
-    const bool enough = leaves_ + (node.seen ? 3 : 0) <= options_.maxTiles && triangles <= options_.maxTriangles &&
-                        std::cmp_less_equal(bytes, options_.maxBytes);
+    const bool enough = tally_.leaves + (node.seen ? 3 : 0) <= options_.maxTiles &&
+                        triangles <= options_.maxTriangles && std::cmp_less_equal(bytes, options_.maxBytes);
     out_.cappedByBudget = out_.cappedByBudget || (!enough && priority > 1.0);
     return enough;
   }
@@ -245,7 +255,7 @@ class Growth {
 
   void replaceByChildren(int node, const TileChildren& children) {
     const int first = static_cast<int>(forest_.nodes.size());
-    copies_bytes_ -= copiesOf(at(node));
+    tally_.copies_bytes -= copiesOf(at(node));
     count(at(node), -1);
     for (int q = 0; q < 4; ++q) {
       CutNode& child = add(node, q, children[static_cast<std::size_t>(q)]);
@@ -290,11 +300,8 @@ class Growth {
   CutForest& forest_;
   std::vector<WaitingNode>& queue_;
   std::vector<WaitingNode>& costly_;
+  LeafTally& tally_;
   Selection& out_;
-  int leaves_ = 0;              ///< that are seen
-  std::int64_t triangles_ = 0;  ///< of those
-  std::int64_t bytes_ = 0;
-  std::uint64_t copies_bytes_ = 0;  ///< that drawing the leaves would take
   enum class Stage : std::uint8_t {
     whole,
     free,
@@ -308,6 +315,25 @@ class Growth {
 
 void growCut(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out) {
   Growth(rules, buffers, out).run();
+}
+
+void growRoots(const GrowthRules& rules, GrowthBuffers& buffers, Selection& out) {
+  Growth(rules, buffers, out).addRoots();
+}
+
+std::size_t growOn(const GrowthRules& rules, std::size_t most, GrowthBuffers& buffers, Selection& out) {
+  return Growth(rules, buffers, out).refine(most);
+}
+
+void sortWanted(std::vector<WantedTile>& wanted) {
+  std::ranges::sort(wanted, [](const WantedTile& a, const WantedTile& b) {
+    return a.id != b.id ? a.id < b.id : a.priority > b.priority;
+  });
+  const auto again = std::ranges::unique(wanted, {}, &WantedTile::id);
+  wanted.erase(again.begin(), again.end());
+  std::ranges::sort(wanted, [](const WantedTile& a, const WantedTile& b) {
+    return a.priority != b.priority ? a.priority > b.priority : a.id < b.id;
+  });
 }
 
 }  // namespace tellurion::scene

@@ -17,31 +17,33 @@ enum class Before : std::uint8_t {
   below,  ///< as finer tiles
 };
 
-struct CutNode {
-  CutNode(TileFacts* itsFacts, int itsParent) : facts(itsFacts), parent(itsParent) {}
+/// Two lines of a processor's cache, what others look at in the first.
+struct alignas(64) CutNode {
+  CutNode(TileFacts* itsFacts, int itsParent) : parent(itsParent), facts(itsFacts) {}
 
   tiling::TileId id;
-  TileFacts* facts;
-  int parent;           ///< -1: a root
   int firstChild = -1;  ///< its four children follow each other
-  /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is. Set by who adds the node.
-  std::array<int, kAround> around;
+  int parent;           ///< -1: a root
+  bool seen = false;    ///< may be in the picture, or soon (CutOptions::margin)
+  bool shown = false;   ///< may be in the picture itself
+  bool waits = false;   ///< would be split, but has not left its parent's surface yet
+  bool kept = false;    ///< is split only since it was, and its children are not back on its surface
+  TileFacts* facts;
+  double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
+  double distance_m = 0.0;
+  int past = -1;  ///< its place in the last frame's CutMemory
+  Before before = Before::nowhere;
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   std::uint8_t insidePicture = 0;
-  bool seen = false;   ///< may be in the picture, or soon (CutOptions::margin)
-  bool shown = false;  ///< may be in the picture itself
-  bool waits = false;  ///< would be split, but has not left its parent's surface yet
-  bool kept = false;   ///< is split only since it was, and its children are not back on its surface
-  Before before = Before::nowhere;
-  int past = -1;  ///< its place in the last frame's CutMemory
-  double distance_m = 0.0;
+  /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is. Set by who adds the node.
+  std::array<int, kAround> around;
   double error_px = 0.0;
   double texel_px = 0.0;
   double spacing_px = 0.0;
-  double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
 
   bool isDrawn() const { return firstChild < 0 && seen && facts->drawable; }
 };
+static_assert(sizeof(CutNode) == 128);
 
 /// The tiles that a cut has looked at, the roots first, in their order; parents before their children.
 struct CutForest {
@@ -57,8 +59,12 @@ inline int CutForest::covering(int node, std::size_t place) {
   CutNode& n = at(node);
   int cover = n.around[place];
   if (cover < 0) return -1;
-  while (at(cover).firstChild >= 0 && at(cover).id.level < n.id.level)
-    cover = at(cover).firstChild + n.facts->around[place]->ancestor(at(cover).id.level + 1).quadrant();
+  while (at(cover).firstChild >= 0 && at(cover).id.level < n.id.level) {
+    // Mostly it follows from the tile's own name, which spares reading its facts.
+    const auto inRoot = besideInRoot(n.id, place);
+    const tiling::TileId beside = inRoot ? *inRoot : *n.facts->around[place];
+    cover = at(cover).firstChild + beside.ancestor(at(cover).id.level + 1).quadrant();
+  }
   n.around[place] = cover;
   return cover;
 }

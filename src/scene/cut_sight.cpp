@@ -21,12 +21,21 @@ std::optional<std::uint8_t> planesAround(const ViewFrustum& frustum, const TileF
   return inside && facts.drawable ? frustum.planesAround(facts.tightBox, *inside) : inside;
 }
 
-bool isHidden(const TileFacts& facts, const geo::Horizon& horizon) {
+/// The part that was in sight last is looked at first: mostly it still is.
+bool areHidden(TileFacts& facts, const geo::Horizon& horizon) {
+  const std::size_t count = facts.parts.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t part = (facts.partInSight + i) % count;
+    if (isBeyondHorizon(facts.parts[part], horizon)) continue;
+    facts.partInSight = part;
+    return false;
+  }
+  return count > 0;
+}
+
+bool isHidden(TileFacts& facts, const geo::Horizon& horizon) {
   if (isBeyondHorizon(facts.box, horizon)) return true;
-  if (!facts.drawable) return false;
-  const auto isHiddenToo = [&](const OrientedBox& part) { return isBeyondHorizon(part, horizon); };
-  return isBeyondHorizon(facts.tightBox, horizon) ||
-         (!facts.parts.empty() && std::all_of(facts.parts.begin(), facts.parts.end(), isHiddenToo));
+  return facts.drawable && (isBeyondHorizon(facts.tightBox, horizon) || areHidden(facts, horizon));
 }
 
 }  // namespace
@@ -43,7 +52,7 @@ CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutO
       maxSpacing_px_(options.maxSpacing_px),
       looksAhead_(looksAhead) {}
 
-bool CutSight::maySee(const TileFacts& facts, std::uint8_t parents) const {
+bool CutSight::maySee(TileFacts& facts, std::uint8_t parents) const {
   return planesAround(frustum_, facts, parents) && !isHidden(facts, horizon_);
 }
 

@@ -24,7 +24,7 @@ class CutSight {
   void measure(CutNode& node) const;
 
   /// `parents`: planes that all of its parent lies within, see ViewFrustum.
-  bool maySee(const TileFacts& facts, std::uint8_t parents) const;
+  bool maySee(TileFacts& facts, std::uint8_t parents) const;
   /// Of the picture, that a tile covers: screenShare().
   double share(const TileFacts& facts) const;
   double distance_m(const OrientedBox& box) const { return box.distance_m(view_.eye); }

@@ -19,7 +19,6 @@ class Generation {
   Generation(ContentMaker maker, io::Executor& executor, TileFetches& fetches, Doorbell& bell)
       : forest(std::move(maker)),
         loading(forest, executor, fetches, bell),
-        ahead(forest.maker().tiling, forest.maker().ellipsoid),
         selector_(forest.maker().tiling, forest.maker().ellipsoid) {}
 
   TileForest forest;
@@ -29,6 +28,8 @@ class Generation {
   /// Takes in what has been made and cuts. Valid until the next call.
   const Selection& cut(const View& view, const CutOptions& options, double exaggeration,
                        std::span<const LayerLook> looks, const Residency* gpu);
+  /// After the cut and looking ahead: drops tiles until contents take no more than that, but none that these need.
+  void evict(std::uint64_t budgetBytes) { forest.evict(budgetBytes, ahead.neededSince()); }
   /// Of the last cut, as Selection has them; empty before the first.
   std::span<const double> rootShares() const { return rootShares_; }
   /// All of them can be drawn, so the surface is whole.

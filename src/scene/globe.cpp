@@ -8,6 +8,7 @@
 
 #include "geo/sun.h"
 #include "raster/service_url.h"
+#include "scene/frame_tiles.h"
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
@@ -63,7 +64,6 @@ struct Globe::State {
   void fillSoon(const Selection& selection);
   void fillStatistics(const Selection& selection);
   void fillDebug(const CutOptions& options);
-  DrawnTile drawn(const SelectedTile& tile, const ContentMaker& maker);
   Light lightFor(const View& view) const;
 
   GlobeOptions globeOptions;
@@ -90,6 +90,7 @@ struct Globe::State {
   std::vector<std::string> imageryNames;
   std::vector<std::uint32_t> imageryOrder;  ///< bottom first
   Frame frame;
+  FrameTiles frameTiles;  ///< fills it
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
@@ -165,7 +166,10 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
   Generation& asking = next ? *next : *shown;
   asking.ahead.look(viewAhead(view, cutOptions), cutOptions, asking.forest);
   asking.loading.request((next ? nextCut : selection)->wanted, asking.ahead.wanted(asking.forest));
-  if (next) shown->loading.pause();
+  if (next) {
+    shown->ahead.look(std::nullopt, cutOptions, shown->forest);
+    shown->loading.pause();
+  }
   if (!next) roster->rootsAreMade();
   for (const auto& old : retired)
     old->loading.stop();
@@ -176,29 +180,8 @@ void Globe::State::evict() {
   std::uint64_t others = next ? next->forest.contentBytes() : 0;
   for (const auto& old : retired)
     others += old->forest.contentBytes();
-  shown->forest.evict(contentBudget - std::min(contentBudget, others));
-  if (next) next->forest.evict(contentBudget);
-}
-
-DrawnTile Globe::State::drawn(const SelectedTile& tile, const ContentMaker& maker) {
-  const TileContent& content = *static_cast<const TileRecord&>(*tile.facts).content;
-  DrawnTile out{.id = tile.id,
-                .mesh = content.mesh,
-                .coarseEdges = tile.coarseEdges,
-                .morph = tile.morph,
-                .firstPicture = static_cast<std::uint32_t>(frame.pictures.size()),
-                .relief = content.relief,
-                .error_px = tile.error_px};
-  for (const std::uint32_t layer : imageryOrder) {
-    const LayerPicture* picture = layer < content.pictures.size() ? &content.pictures[layer] : nullptr;
-    if (picture == nullptr || !picture->image) continue;
-    frame.pictures.push_back({.image = picture->image,
-                              .window = windowIn(tile.id, picture->level, maker.colours.pixels(layer), raster::kGutter),
-                              .layer = layer});
-    ++out.pictureCount;
-  }
-  if (out.relief) out.reliefWindow = windowIn(tile.id, content.reliefLevel, maker.ground.cells(), 0.5);
-  return out;
+  shown->evict(contentBudget - std::min(contentBudget, others));
+  if (next) next->evict(contentBudget);
 }
 
 Light Globe::State::lightFor(const View& view) const {
@@ -220,22 +203,23 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
                    !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
-  frame.tiles.clear();
-  frame.pictures.clear();
+  frameTiles.begin(frame, imageryOrder);
   for (const SelectedTile& tile : selection.drawn)
-    frame.tiles.push_back(drawn(tile, maker));
+    frameTiles.add(tile, maker);
   fillSoon(selection);
 }
 
 /// What comes into the picture soon, and what will take its place, goes to the GPU as far as there is time for it.
 void Globe::State::fillSoon(const Selection& selection) {
-  frame.soon.clear();
+  frameTiles.beginSoon();
   for (const SelectedTile& tile : selection.soon)
-    frame.soon.push_back(drawn(tile, shown->forest.maker()));
+    frameTiles.add(tile, shown->forest.maker());
   frame.soonCopies_bytes = spareCopies_bytes;
-  if (!next) return;
-  for (const SelectedTile& tile : nextCut->drawn)
-    frame.soon.push_back(drawn(tile, next->forest.maker()));
+  if (next) {
+    for (const SelectedTile& tile : nextCut->drawn)
+      frameTiles.add(tile, next->forest.maker());
+  }
+  frameTiles.finish();
 }
 
 void Globe::State::fillStatistics(const Selection& selection) {

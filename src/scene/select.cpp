@@ -6,9 +6,6 @@
 #include "scene/cut_growth.h"
 
 namespace tellurion::scene {
-namespace {
-
-/// Empty, but for its memory.
 void clear(Selection& out) {
   Selection fresh;
   std::swap(fresh.drawn, out.drawn);
@@ -21,8 +18,6 @@ void clear(Selection& out) {
   fresh.rootShares.clear();
   out = std::move(fresh);
 }
-
-}  // namespace
 
 struct Selector::Work {
   tiling::Tiling tiling;
@@ -47,6 +42,7 @@ const Selection& Selector::select(const View& view, const CutOptions& options, d
   const CutPast past(history);
   growCut({.tiling = work.tiling, .options = options, .sight = sight, .past = past, .tree = tree}, work.growth,
           work.out);
+  sortWanted(work.out.wanted);
   collectCut(options, history, view.pixelAngle(), work.growth.forest, work.collection, work.out);
   return work.out;
 }

@@ -53,29 +53,30 @@ struct CutOptions {
 
 /// What the cut knows of a tile, loaded or not.
 struct TileFacts {
-  bool drawable = false;  ///< loaded, with all that is needed to draw it
-  /// Of a root: what is drawable lacks pictures that are still to come. It is not split before they have.
-  bool isStandIn = false;
+  TileCorners corners;  ///< known from the start
+  TilesAround around;   ///< likewise
+  /// Where it bends far away from under one box: smaller ones that hold all of that together, and all that is drawn.
+  /// Empty: there are none.
+  std::span<const OrientedBox> parts;
+  std::size_t partInSight = 0;  ///< where select() looks first; of any value, it changes nothing but the time it takes
   /// Holds its ground and that of every tile below it. Must not depend on whether the tile is loaded: it decides which
   /// tiles are, so that a complete cut is the same whatever was loaded before.
   OrientedBox box;
   OrientedBox tightBox;  ///< likewise, but known once it is drawable; distances are measured to it
-  /// Where it bends far away from under one box: smaller ones that hold all of that together, and all that is drawn.
-  /// Empty: there are none.
-  std::span<const OrientedBox> parts;
   /// The largest distance in space between the ground as drawn from this tile and the finest ground there is, curvature
   /// and mesh tolerance included; 0 when no refinement makes it better. Known once it is drawable.
   double error_m = 0.0;
   /// The side of one texel on the ground when there are finer pictures below, else 0.
   double texel_m = 0.0;
-  TileCorners corners;  ///< known from the start
-  TilesAround around;   ///< likewise
   /// The spacing of its samples, whatever its mesh makes of them; 0 on the deepest level. Known once it is drawable.
   double spacing_m = 0.0;
   std::int64_t triangles = 0;  ///< of its mesh, no coarser neighbours
   std::uint64_t bytes = 0;     ///< of its mesh and pictures
   /// That must be copied to the GPU to draw it; 0 when all of it is there. A picture of an ancestor counts in part.
   std::uint64_t copy_bytes = 0;
+  bool drawable = false;  ///< loaded, with all that is needed to draw it
+  /// Of a root: what is drawable lacks pictures that are still to come. It is not split before they have.
+  bool isStandIn = false;
 };
 
 /// Where select() finds its facts.
@@ -90,8 +91,8 @@ class TileTree {
 
 struct SelectedTile {
   tiling::TileId id;
-  const TileFacts* facts = nullptr;  ///< as TileTree gave it
-  std::uint8_t coarseEdges = 0;      ///< bit e: the neighbour across tiling::Edge e is one level coarser
+  TileFacts* facts = nullptr;    ///< as TileTree gave it
+  std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
   double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
 };
@@ -118,6 +119,8 @@ struct Selection {
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
   double maxScreenError_px = 0.0;  ///< of what is drawn
 };
+
+void clear(Selection& selection);  ///< but for its memory
 
 struct CutHistory {
   const CutMemory* last = nullptr;  ///< not null

@@ -20,6 +20,19 @@ std::uint64_t shareOf(std::uint64_t picture_bytes, int levelsBelow) {
   return picture_bytes >> static_cast<unsigned>(2 * std::clamp(levelsBelow, 0, 2));
 }
 
+/// Drawing the last frame has driven records out of the processor's caches: what is read soon is sent for at once,
+/// instead of line by line as it is missed. Null is fine.
+void expectReading(const TileRecord* r) {
+  if (r == nullptr) return;
+  constexpr std::ptrdiff_t kLine = 64;
+  const auto* end = reinterpret_cast<const char*>(&r->lastWanted);
+  for (const auto* line = reinterpret_cast<const char*>(&r->parts); line < end; line += kLine)
+    __builtin_prefetch(line);
+}
+
+/// With more of them than that, the longest unused go even where their contents fit.
+constexpr std::size_t kRecordsKept = 20000;
+
 std::int64_t trianglesOf(const TerrainMesh& mesh) {
   std::int64_t indices = mesh.interior.count;
   for (const IndexRange& edge : mesh.fineEdge)
@@ -28,6 +41,10 @@ std::int64_t trianglesOf(const TerrainMesh& mesh) {
 }
 
 }  // namespace
+
+TileForest::TileForest(ContentMaker maker) : maker_(std::move(maker)) {
+  records_.reserve(kRecordsKept);  // no update has to move them to a larger table
+}
 
 /// What tiles miss, and how fine they must be, depends on which layers are visible.
 void TileForest::lookAt(std::span<const LayerLook> looks) {
@@ -44,6 +61,7 @@ void TileForest::lookAt(std::span<const LayerLook> looks) {
 }
 
 void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) {
+  if (!used_.empty()) sortOutUnused();  // nobody had it evict
   ++updates_;
   lookAt(looks);
   exaggeration_ = exaggeration;
@@ -56,47 +74,55 @@ void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, co
 
 /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
 /// the first of four children before the last has come, for ever.
-TileFacts* TileForest::use(const tiling::TileId& id, TileRecord& r) {
+void TileForest::countAsUsed(TileRecord& r) {
+  if (r.lastUse == updates_) return;
+  if (r.isUnused) unused_.remove(r);
   r.lastUse = updates_;
+  used_.push_back(&r);
+}
+
+TileFacts* TileForest::use(TileRecord& r) {
+  countAsUsed(r);
   if (r.madeFor != exaggeration_) {
-    makeBox(id, r);
-    if (r.content) takeFacts(id, r);
+    makeBox(r);
+    if (r.content) takeFacts(r);
   }
   if (r.content && r.visibility != visibility_) takeTexels(r);
-  takeCopies(id.level, r);
+  takeCopies(r);
   return &r;
 }
 
 TileFacts* TileForest::root(int root) {
-  const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
-  return use(id, record(id));
+  return use(record({.level = 0, .root = static_cast<std::uint8_t>(root)}));
 }
 
 std::array<TileFacts*, 4> TileForest::children(const tiling::TileId& id, TileFacts& facts) {
   TileRecord& r = static_cast<TileRecord&>(facts);
+  for (const TileRecord* child : r.children)
+    expectReading(child);
   std::array<TileFacts*, 4> out{};
   for (int q = 0; q < 4; ++q) {
     TileRecord*& child = r.children[static_cast<std::size_t>(q)];
     if (child == nullptr) child = &record(id.child(q));
-    out[static_cast<std::size_t>(q)] = use(id.child(q), *child);
+    out[static_cast<std::size_t>(q)] = use(*child);
   }
   return out;
 }
 
 /// What is on the GPU stays there, and is not asked for again, until something leaves; what is missing, until something
 /// comes.
-void TileForest::takeCopies(int level, TileRecord& r) const {
+void TileForest::takeCopies(TileRecord& r) const {
   if (gpu_ == nullptr || !r.content) {
     r.copy_bytes = 0;
     r.residency = 0;
   } else if (r.residency != residency_ || (r.copy_bytes > 0 && r.arrivals != arrivals_)) {
     const TileContent& c = *r.content;
     r.copy_bytes = gpu_->missingBytes(*c.mesh);
-    if (c.relief) r.copy_bytes += shareOf(gpu_->missingReliefBytes(*c.relief), level - c.reliefLevel);
+    if (c.relief) r.copy_bytes += shareOf(gpu_->missingReliefBytes(*c.relief), r.id.level - c.reliefLevel);
     for (std::size_t i = 0; i < c.pictures.size(); ++i) {
       const LayerPicture& picture = c.pictures[i];
       if (picture.image && looks_[i].visible)
-        r.copy_bytes += shareOf(gpu_->missingColourBytes(*picture.image), level - picture.level);
+        r.copy_bytes += shareOf(gpu_->missingColourBytes(*picture.image), r.id.level - picture.level);
     }
     r.residency = residency_;
     r.arrivals = arrivals_;
@@ -114,12 +140,15 @@ void TileForest::takeParts(TileRecord& r) const {
 
 TileRecord& TileForest::record(const tiling::TileId& id) {
   const auto [found, isNew] = records_.try_emplace(id);
+  TileRecord& r = found->second;
   if (isNew) {
-    found->second.corners = tileCorners(maker_.tiling, id);
-    found->second.around = tilesAround(maker_.tiling, id);
-    makeBox(id, found->second);
+    r.id = id;
+    r.corners = tileCorners(maker_.tiling, id);
+    r.around = tilesAround(maker_.tiling, id);
+    makeBox(r);
+    countAsUsed(r);
   }
-  return found->second;
+  return r;
 }
 
 const TileRecord* TileForest::find(const tiling::TileId& id) const {
@@ -143,7 +172,8 @@ OrientedBox TileForest::drawnBox(const tiling::TileId& id, const HeightRange& ra
 }
 
 /// What is known of a tile without its content: a box from what its parent tells.
-void TileForest::makeBox(const tiling::TileId& id, TileRecord& r) const {
+void TileForest::makeBox(TileRecord& r) const {
+  const tiling::TileId& id = r.id;
   r.madeFor = exaggeration_;
   HeightRange range = unknownRange(maker_.ellipsoid);
   if (id.level > 0) {
@@ -157,7 +187,7 @@ void TileForest::makeBox(const tiling::TileId& id, TileRecord& r) const {
 }
 
 /// What its content adds.
-void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
+void TileForest::takeFacts(TileRecord& r) const {
   const TileContent& content = *r.content;
   const double more = std::max(1.0, exaggeration_);
   r.drawable = true;
@@ -167,12 +197,12 @@ void TileForest::takeFacts(const tiling::TileId& id, TileRecord& r) const {
   r.spacing_m = content.spacing_m;
   r.triangles = trianglesOf(*content.mesh);
   r.bytes = content.bytes;
-  r.tightBox =
-      exaggeration_ == 1.0 ? content.box : grown(drawnBox(id, content.range), r.error_m + more * reachOfParent_m(id));
+  r.tightBox = exaggeration_ == 1.0 ? content.box
+                                    : grown(drawnBox(r.id, content.range), r.error_m + more * reachOfParent_m(r.id));
   takeParts(r);
   // What a root was assumed to hold may be too little. All roots are waited for, so a complete cut does not depend on
   // when they came.
-  if (id.level == 0) r.box = r.tightBox;
+  if (r.id.level == 0) r.box = r.tightBox;
 }
 
 void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileContent> content) {
@@ -181,9 +211,9 @@ void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileConten
   if (r.content) contentBytes_ -= r.content->bytes;
   r.content = std::move(content);
   r.residency = 0;
-  if (r.madeFor != exaggeration_) makeBox(id, r);
-  takeFacts(id, r);
-  r.lastUse = updates_;
+  if (r.madeFor != exaggeration_) makeBox(r);
+  takeFacts(r);
+  countAsUsed(r);
   contentBytes_ += r.content->bytes;
 }
 
@@ -207,25 +237,40 @@ double TileForest::occluderDepth_m() const {
   return -lowest_m * exaggeration_;
 }
 
-void TileForest::evict(std::uint64_t budgetBytes) {
-  constexpr std::size_t kRecordsKept = 20000;
-  if (contentBytes_ <= budgetBytes && records_.size() <= kRecordsKept) return;
-  std::vector<std::pair<std::uint64_t, tiling::TileId>> unused;
-  for (const auto& [id, r] : records_) {
-    if (!r.job && r.lastUse != updates_ && r.lastWanted != updates_) unused.emplace_back(r.lastUse, id);
-  }
-  // The longest unused first, of those the deepest: children go before their parents.
-  std::sort(unused.begin(), unused.end(), [](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : a.second.level > b.second.level;
+/// What the last update used and this one did not goes to the others, the deepest first: children go before their
+/// parents.
+void TileForest::sortOutUnused() {
+  std::erase_if(lastUsed_, [&](const TileRecord* r) { return r->lastUse == updates_ || r->isUnused; });
+  std::ranges::sort(lastUsed_, [](const TileRecord* a, const TileRecord* b) {
+    return a->id.level != b->id.level ? a->id.level > b->id.level : a->id < b->id;
   });
-  for (const auto& [use, id] : unused) {
-    if (contentBytes_ <= budgetBytes && records_.size() <= kRecordsKept / 2) return;
-    const auto found = records_.find(id);
-    if (found->second.content) contentBytes_ -= found->second.content->bytes;
-    const auto parent = id.level > 0 ? records_.find(id.parent()) : records_.end();
-    if (parent != records_.end()) parent->second.children[static_cast<std::size_t>(id.quadrant())] = nullptr;
-    records_.erase(found);
+  for (TileRecord* r : lastUsed_) {
+    if (!r->isUnused) unused_.add(*r);
   }
+  std::swap(lastUsed_, used_);
+  used_.clear();
+}
+
+void TileForest::evict(std::uint64_t budgetBytes, std::uint64_t heldSince) {
+  sortOutUnused();
+  while (contentBytes_ > budgetBytes || records_.size() > kRecordsKept) {
+    TileRecord* r = unused_.oldest();
+    if (r == nullptr || r->lastUse >= heldSince) return;
+    unused_.remove(*r);
+    if (r->job || r->lastWanted == updates_) {
+      lastUsed_.push_back(r);  // it counts as used, as long as it is on its way
+    } else {
+      drop(*r);
+    }
+  }
+}
+
+void TileForest::drop(TileRecord& r) {
+  const tiling::TileId id = r.id;
+  if (r.content) contentBytes_ -= r.content->bytes;
+  const auto parent = id.level > 0 ? records_.find(id.parent()) : records_.end();
+  if (parent != records_.end()) parent->second.children[static_cast<std::size_t>(id.quadrant())] = nullptr;
+  records_.erase(id);
 }
 
 }  // namespace tellurion::scene

@@ -2,35 +2,22 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
 
 #include "scene/residency.h"
-#include "scene/select.h"
-#include "scene/tile_content.h"
+#include "scene/tile_record.h"
+#include "scene/unused_records.h"
 
 namespace tellurion::scene {
-
-struct TileJob;
-
-struct TileRecord final : TileFacts {
-  double madeFor = 1.0;                   ///< the exaggeration that the facts were made for
-  std::array<TileRecord*, 4> children{};  ///< their records, once they were asked for
-  std::shared_ptr<const TileContent> content;
-  std::shared_ptr<TileJob> job;  ///< asked for and not here yet
-  std::uint64_t residency = 0;   ///< number of what was on the GPU when facts.copy_bytes was asked for
-  std::uint64_t arrivals = 0;    ///< on the GPU, so far, at that time
-  std::uint64_t visibility = 0;  ///< number of the layers in sight that facts.texel_m was made for
-  std::uint64_t lastUse = 0;     ///< number of the update that used it last
-  std::uint64_t lastWanted = 0;  ///< number of the update that asked for it last
-};
 
 /// What is known of all tiles, loaded or not, of one set of layers. One thread only.
 class TileForest final : public TileTree {
  public:
-  explicit TileForest(ContentMaker maker) : maker_(std::move(maker)) {}
+  explicit TileForest(ContentMaker maker);
   TileForest(const TileForest&) = delete;
   TileForest& operator=(const TileForest&) = delete;
 
@@ -56,22 +43,30 @@ class TileForest final : public TileTree {
 
   /// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
   double occluderDepth_m() const;
-  /// Drops what has not been used for longest until contents take no more than that; never what this update used.
-  void evict(std::uint64_t budgetBytes);
+  /// Drops what has not been used for longest until contents take no more than that; never what this update used, nor
+  /// what was used since the update of number `heldSince`. What it costs goes with what is dropped, not with what there
+  /// is.
+  void evict(std::uint64_t budgetBytes, std::uint64_t heldSince = std::numeric_limits<std::uint64_t>::max());
 
  private:
-  TileFacts* use(const tiling::TileId& id, TileRecord& r);
+  TileFacts* use(TileRecord& r);
+  void countAsUsed(TileRecord& r);
+  void sortOutUnused();
+  void drop(TileRecord& r);
   void lookAt(std::span<const LayerLook> looks);
-  void takeCopies(int level, TileRecord& r) const;
+  void takeCopies(TileRecord& r) const;
   void takeTexels(TileRecord& r) const;
   void takeParts(TileRecord& r) const;
   double reachOfParent_m(const tiling::TileId& id) const;
   OrientedBox drawnBox(const tiling::TileId& id, const HeightRange& range) const;
-  void makeBox(const tiling::TileId& id, TileRecord& r) const;
-  void takeFacts(const tiling::TileId& id, TileRecord& r) const;
+  void makeBox(TileRecord& r) const;
+  void takeFacts(TileRecord& r) const;
 
   ContentMaker maker_;
   std::unordered_map<tiling::TileId, TileRecord, tiling::TileIdHash> records_;
+  std::vector<TileRecord*> used_;      ///< by this update
+  std::vector<TileRecord*> lastUsed_;  ///< by the one before
+  UnusedRecords unused_;               ///< all others
   std::uint64_t contentBytes_ = 0;
   std::uint64_t updates_ = 0;
   double exaggeration_ = 1.0;

@@ -1,6 +1,7 @@
 #include "scene/tile_loading.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace tellurion::scene {
@@ -64,6 +65,14 @@ std::shared_ptr<const TileContent> contentOf(const ContentMaker& maker, const ti
   const std::uint64_t before = refusalsOf(needs);
   auto content = job.isStandIn ? maker.makeStandIn(id) : maker.make(id, parent);
   return refusalsOf(needs) == before ? content : nullptr;
+}
+
+/// Each change takes the executor's lock, so it is not made for next to nothing.
+void reorder(const WantedTile& wanted, TileJob& job) {
+  constexpr double kSame = 0.02;  // of itself
+  if (std::abs(wanted.priority - job.priority) <= kSame * std::abs(job.priority)) return;
+  job.priority = wanted.priority;
+  job.task.setPriority(wanted.priority);
 }
 
 }  // namespace
@@ -136,6 +145,7 @@ void TileLoading::submit(const WantedTile& wanted, TileRecord& r) {
   std::shared_ptr<const TileContent> parent;
   if (wanted.id.level > 0) parent = forest_.record(wanted.id.parent()).content;
   r.job->submitted = true;
+  r.job->priority = wanted.priority;
   r.job->task = executor_.submit(
       wanted.priority, [this, id = wanted.id, parent = std::move(parent), job = r.job.get(), keep = r.job] {
         if (job->taken.exchange(true)) return;
@@ -177,7 +187,7 @@ void TileLoading::request(std::span<const WantedTile> wanted) {
       fetchNeeds(w, r);
     }
     if (r.job->submitted) {
-      r.job->task.setPriority(w.priority);
+      reorder(w, *r.job);
     } else if (advance(w, r)) {
       submit(w, r);
     }

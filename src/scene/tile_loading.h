@@ -41,6 +41,7 @@ struct TileJob {
   bool isStandIn = false;                     ///< of a root: pictures that have not come yet are not waited for
   bool isShort = false;                       ///< what failed to load makes other tiles needed
   bool submitted = false;
+  double priority = 0.0;  ///< of the task, once that is submitted
   /// Worker and globe share it: whoever is first decides whether the task runs.
   std::atomic<bool> taken{false};
   io::Executor::Task task;

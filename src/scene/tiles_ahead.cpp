@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace tellurion::scene {
 namespace {
@@ -13,15 +14,51 @@ constexpr double kLess = 1e-19;  ///< a picture's own wants differ by less
 }  // namespace
 
 void TilesAhead::look(const std::optional<View>& expected, const CutOptions& options, TileForest& forest) {
+  const std::optional<double> before_s = std::exchange(lookedAt_s_, options.time_s);
   if (!expected) {
     found_.clear();
-    lookedAt_s_.reset();
+    cut_.reset();
+    begun_s_.reset();
     return;
   }
-  if (lookedAt_s_ && *options.time_s >= *lookedAt_s_ && *options.time_s < *lookedAt_s_ + kEach_s) return;
-  lookedAt_s_ = options.time_s;
-  const std::vector<WantedTile>& wanted = selector_.select(*expected, options, forest.occluderDepth_m(), forest).wanted;
-  found_.assign(wanted.begin(), wanted.begin() + static_cast<std::ptrdiff_t>(std::min(wanted.size(), kMost)));
+  const double now_s = *options.time_s;
+  const bool isDue = !begun_s_ || now_s < *begun_s_ || now_s >= *begun_s_ + kEach_s;
+  if (isDue && !cut_) begin(*expected, options, forest);
+  if (!cut_) return;
+  const double since_s = before_s ? now_s - *before_s : kEach_s;
+  goOn(since_s >= 0.0 ? std::min(since_s / kEach_s, 1.0) : 1.0, forest);
+}
+
+void TilesAhead::begin(const View& expected, const CutOptions& options, TileForest& forest) {
+  begun_s_ = options.time_s;
+  const ContentMaker& maker = forest.maker();
+  cut_.emplace(Cut{.options = options,
+                   .sight = CutSight(expected, maker.ellipsoid, options, forest.occluderDepth_m(), options.morph),
+                   .begunIn = forest.updates()});
+  clear(out_);
+  steps_ = 0;
+  const CutPast past(nullptr);
+  growRoots({.tiling = maker.tiling, .options = cut_->options, .sight = cut_->sight, .past = past, .tree = forest},
+            growth_, out_);
+}
+
+/// Such a share of a cut as large as the last one.
+void TilesAhead::goOn(double share, TileForest& forest) {
+  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+  constexpr double kLeast = 16.0;
+  const bool isWhole = share >= 1.0 || lastSteps_ == kAll;
+  const std::size_t most = isWhole ? kAll : static_cast<std::size_t>(share * static_cast<double>(lastSteps_) + kLeast);
+  const CutPast past(nullptr);
+  const std::size_t done = growOn(
+      {.tiling = forest.maker().tiling, .options = cut_->options, .sight = cut_->sight, .past = past, .tree = forest},
+      most, growth_, out_);
+  steps_ += done;
+  if (done == most) return;
+  lastSteps_ = steps_;
+  cut_.reset();
+  sortWanted(out_.wanted);
+  found_.assign(out_.wanted.begin(),
+                out_.wanted.begin() + static_cast<std::ptrdiff_t>(std::min(out_.wanted.size(), kMost)));
   for (WantedTile& tile : found_)
     tile.priority *= kLess;
 }

@@ -48,5 +48,32 @@ TEST_P(TilesAroundOn, areSiblingsOrChildrenOfWhatTouchesTheParent) {
   }
 }
 
+/// What is told of a tile's root without the tiling is what the tiling tells.
+TEST_P(TilesAroundOn, areKnownWithinTheRoot) {
+  const tiling::Tiling tiling(GetParam());
+  std::mt19937_64 random = geo::seededGenerator();
+  int known = 0;
+  const auto expectSame = [&](const TileId& id) {
+    const TilesAround around = tilesAround(tiling, id);
+    for (std::size_t place = 0; place < kAround; ++place) {
+      const auto beside = besideInRoot(id, place);
+      if (!beside) continue;
+      ++known;
+      ASSERT_EQ(around[place], beside);
+    }
+  };
+  for (std::uint8_t level = 0; level < 5; ++level) {
+    for (int root = 0; root < tiling.rootCount(); ++root) {
+      for (std::uint32_t i = 0; i < (1u << (2u * level)); ++i)
+        expectSame({level, static_cast<std::uint8_t>(root), i >> level, i & ((1u << level) - 1u)});
+    }
+  }
+  for (int i = 0; i < 2000; ++i) {
+    const geo::Vec3 n(geo::uniform(random, -1, 1), geo::uniform(random, -1, 1), geo::uniform(random, -1, 1));
+    expectSame(tiling.tileAt({geo::normalize(n)}, static_cast<int>(random() % (tiling::kMaxLevel + 1))));
+  }
+  EXPECT_GT(known, 15000);
+}
+
 }  // namespace
 }  // namespace tellurion::scene

@@ -32,9 +32,8 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
   return within;
 }
 
-bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
-  // The upper ones first, which are the last to be hidden.
-  for (unsigned i = OrientedBox::kCorners; i-- > 0;) {
+bool isBeyondHorizonWithItsTop(const OrientedBox& box, const geo::Horizon& horizon) {
+  for (unsigned i = OrientedBox::kCorners - 1; i-- > 0;) {
     if (!horizon.hides(box.corner(i))) return false;
   }
   return true;

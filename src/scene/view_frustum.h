@@ -31,7 +31,12 @@ class ViewFrustum {
 };
 
 /// Conservative: true only when every point of the box is hidden. The points hidden behind an ellipsoid are a convex
-/// set (its shadow cone, cut off at the horizon's plane), so eight corners decide.
-bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon);
+/// set (its shadow cone, cut off at the horizon's plane), so eight corners decide: first one of the upper, which are
+/// the last to be hidden, and of most boxes no other is looked at.
+bool isBeyondHorizonWithItsTop(const OrientedBox& box,
+                               const geo::Horizon& horizon);  ///< of which that corner is hidden
+inline bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
+  return horizon.hides(box.corner(OrientedBox::kCorners - 1)) && isBeyondHorizonWithItsTop(box, horizon);
+}
 
 }  // namespace tellurion::scene
