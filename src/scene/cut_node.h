@@ -17,6 +17,9 @@ enum class Before : std::uint8_t {
   below,  ///< as finer tiles
 };
 
+/// The share of what asks for a split from which on all that it takes is made ready, where nothing is remembered.
+inline constexpr double kBeforehand = 0.9;
+
 struct CutNode {
   CutNode(TileFacts* itsFacts, int itsParent) : facts(itsFacts), parent(itsParent) {}
 
@@ -33,12 +36,15 @@ struct CutNode {
   bool waits = false;  ///< would be split, but has not left its parent's surface yet
   bool kept = false;   ///< is split only since it was, and its children are not back on its surface
   Before before = Before::nowhere;
-  int past = -1;  ///< its place in the last frame's CutMemory
+  int past = -1;          ///< its place in the last frame's CutMemory
+  double presence = 1.0;  ///< how much it counts: less than 1 in the margin, where nothing is remembered
   double distance_m = 0.0;
   double error_px = 0.0;
   double texel_px = 0.0;
   double spacing_px = 0.0;
   double need = 0.0;  ///< how much too coarse it is: more than 1 asks for a split
+  /// With morphing, where nothing is remembered: the same with what its neighbours will ask of it.
+  double due = 0.0;
 
   bool isDrawn() const { return firstChild < 0 && seen && facts->drawable; }
 };
