@@ -22,6 +22,13 @@ class Horizon {
     const double towards = -dot(from_, sight);
     return towards > tangent2_ && towards * towards > tangent2_ * dot(sight, sight);
   }
+  /// How far the point is from being hidden, in units of the ellipsoid's size: below 0 where it is hidden, but for
+  /// rounding; continuous, and without meaning beyond that.
+  double clearance(const BodyPosition& point) const {
+    const Vec3 sight = (point.m - eye_) * scale_;
+    const double towards = -dot(from_, sight);
+    return std::max(tangent2_, std::sqrt(tangent2_ * dot(sight, sight))) - towards;
+  }
 
  private:
   friend class Ellipsoid;

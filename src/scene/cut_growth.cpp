@@ -11,6 +11,7 @@ constexpr double kMissingRoot = 1e9;
 constexpr double kUnseenRoot = 1e8;   ///< the horizon needs the depths that it tells: occluderDepth_m of select()
 constexpr double kNoPicture = 10.0;   ///< how much more what is not there at all counts than what is too coarse
 constexpr double kKeptNeed = 1e-6;    ///< of tiles that were split in the last frame: after all others
+constexpr double kForeseen = 0.7;     ///< less of it is of no consequence
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
 /// Bytes that drawing it would copy.
@@ -33,6 +34,7 @@ class Growth {
 
   void run() {
     growFromRoots();
+    if (options_.morph && !past_.isKnown()) growAhead();
     if (past_.isKnown() && tally_.copies_bytes > options_.copies_bytes) growWithinCopies();
     out_.spareCopies_bytes = options_.copies_bytes - std::min(options_.copies_bytes, tally_.copies_bytes);
   }
@@ -79,6 +81,47 @@ class Growth {
       refine();
     }
     out_.heldBack = static_cast<int>(costly_.size());
+  }
+
+  /// Without a memory, a tile that will be split with a neighbour, or for one, has to be on its own surface by then,
+  /// with no coarser one around. So what a tile needs counts for those beside it too, and the coarser ones around it
+  /// are split when it comes near to its own split, before that the still coarser ones around those, and so on.
+  void growAhead() {
+    for (std::size_t before = 0; before != forest_.nodes.size() && !out_.cappedByBudget;) {
+      before = forest_.nodes.size();
+      foresee();
+      for (int i = 0; i < static_cast<int>(before); ++i) {
+        const CutNode& node = at(i);
+        if (node.due > 1.0 && node.firstChild < 0 && node.seen) enqueue({.need = node.due, .id = node.id, .node = i});
+      }
+      refine();
+    }
+  }
+
+  void foresee() {
+    for (CutNode& node : forest_.nodes)
+      node.due = static_cast<float>(node.need);
+    for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i) {
+      const auto need = static_cast<float>(at(i).need);
+      if (need <= kForeseen) continue;
+      for (std::size_t place = 0; place < kAround; ++place) {
+        const int cover = forest_.covering(i, place);
+        if (cover >= 0 && at(cover).id.level == at(i).id.level) at(cover).due = std::max(at(cover).due, need);
+      }
+    }
+    for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i)
+      pushToCoarser(i);
+  }
+
+  void pushToCoarser(int node) {
+    const auto due = static_cast<float>(at(node).due / kBeforehand);
+    if (due <= kForeseen || !at(node).seen) return;
+    for (std::size_t place = 0; place < kAround; ++place) {
+      const int cover = forest_.covering(node, place);
+      if (cover < 0 || at(cover).id.level >= at(node).id.level || at(cover).due >= due) continue;
+      at(cover).due = due;
+      pushToCoarser(cover);
+    }
   }
 
   void clear() {

@@ -17,6 +17,9 @@ enum class Before : std::uint8_t {
   below,  ///< as finer tiles
 };
 
+/// The share of what asks for a split from which on all that it takes is made ready, where nothing is remembered.
+inline constexpr double kBeforehand = 0.9;
+
 /// Two lines of a processor's cache, what others look at in the first.
 struct alignas(64) CutNode {
   CutNode(TileFacts* itsFacts, int itsParent) : parent(itsParent), facts(itsFacts) {}
@@ -40,6 +43,9 @@ struct alignas(64) CutNode {
   double error_px = 0.0;
   double texel_px = 0.0;
   double spacing_px = 0.0;
+  float presence = 1.0f;  ///< how much it counts: less than 1 in the margin, where nothing is remembered
+  /// With morphing, where nothing is remembered: its need, or what its neighbours will ask of it.
+  float due = 0.0f;
 
   bool isDrawn() const { return firstChild < 0 && seen && facts->drawable; }
 };

@@ -1,6 +1,8 @@
 #include "scene/cut_sight.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "scene/screen_share.h"
 
@@ -38,22 +40,36 @@ bool isHidden(TileFacts& facts, const geo::Horizon& horizon) {
   return facts.drawable && (isBeyondHorizon(facts.tightBox, horizon) || areHidden(facts, horizon));
 }
 
+/// Of something that reaches into a border from outside: by how much it is within the inner end of that, and within the
+/// outer, negative where it is not.
+double shareBetween(double inner, double outer) {
+  if (inner >= 0.0) return 1.0;
+  return std::max(outer, 0.0) / (std::max(outer, 0.0) - inner);
+}
+
 }  // namespace
 
 CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
-                   bool looksAhead)
+                   bool looksAhead, bool fadesIn)
     : view_(view),
       picture_(view),
-      frustum_(view, looksAhead ? options.margin : 0.0),
+      frustum_(view, looksAhead && std::isfinite(options.margin) ? options.margin : 0.0),
+      pictureHorizon_(ellipsoid.horizon(view.eye, occluderDepth_m)),
       horizon_(ellipsoid.horizon(looksAhead ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
       pixelAngle_(view.pixelAngle()),
       tolerance_px_(options.tolerance_px),
       texelTolerance_px_(options.texelTolerance_px),
       maxSpacing_px_(options.maxSpacing_px),
-      looksAhead_(looksAhead) {}
+      looksAhead_(looksAhead),
+      fadesIn_(fadesIn),
+      looksAllAround_(looksAhead && !std::isfinite(options.margin)) {}
 
 bool CutSight::maySee(TileFacts& facts, std::uint8_t parents) const {
-  return planesAround(frustum_, facts, parents) && !isHidden(facts, horizon_);
+  return planesOfMargin(facts, parents) && !isHidden(facts, horizon_);
+}
+
+std::optional<std::uint8_t> CutSight::planesOfMargin(const TileFacts& facts, std::uint8_t parents) const {
+  return looksAllAround_ ? ViewFrustum::kAllPlanes : planesAround(frustum_, facts, parents);
 }
 
 double CutSight::share(const TileFacts& facts) const {
@@ -61,7 +77,7 @@ double CutSight::share(const TileFacts& facts) const {
 }
 
 CutSight::Found CutSight::look(CutNode& node, const CutNode* parent) const {
-  const auto inside = planesAround(frustum_, *node.facts, parent != nullptr ? parent->inside : std::uint8_t{0});
+  const auto inside = planesOfMargin(*node.facts, parent != nullptr ? parent->inside : std::uint8_t{0});
   if (!inside) return Found::beyondFrustum;
   if (isHidden(*node.facts, horizon_)) return Found::beyondHorizon;
   node.seen = true;
@@ -71,14 +87,40 @@ CutSight::Found CutSight::look(CutNode& node, const CutNode* parent) const {
   } else if (parent == nullptr || parent->shown) {
     const auto insidePicture =
         planesAround(picture_, *node.facts, parent != nullptr ? parent->insidePicture : std::uint8_t{0});
-    node.shown = insidePicture.has_value();
+    node.shown = insidePicture.has_value() && !isHidden(*node.facts, pictureHorizon_);
     node.insidePicture = insidePicture.value_or(0);
   }
   // Its ground lies in its parent's box as well.
   node.distance_m = distance_m(node.facts->drawable ? node.facts->tightBox : node.facts->box);
   if (parent != nullptr) node.distance_m = std::max(node.distance_m, parent->distance_m);
   measure(node);
+  if (fadesIn_ && !node.shown) fade(node, parent);
   return Found::seen;
+}
+
+void CutSight::fade(CutNode& node, const CutNode* parent) const {
+  node.presence = std::min(static_cast<float>(shareOfMargin(*node.facts)), parent != nullptr ? parent->presence : 1.0f);
+  for (double* size : {&node.error_px, &node.texel_px, &node.spacing_px, &node.need})
+    *size *= static_cast<double>(node.presence);
+}
+
+/// 1 up to the middle of the margin, so that what touches the picture counts in full; 0 where the margin ends.
+double CutSight::shareOfMargin(const TileFacts& facts) const {
+  const auto clearance = [&](const geo::Horizon& horizon) {
+    double parts = facts.parts.empty() ? std::numeric_limits<double>::infinity() : -1.0;
+    for (const OrientedBox& part : facts.parts)
+      parts = std::max(parts, clearanceOfHorizon(part, horizon));
+    return std::min({clearanceOfHorizon(facts.box, horizon), clearanceOfHorizon(facts.tightBox, horizon), parts});
+  };
+  double share = shareBetween(clearance(pictureHorizon_), clearance(horizon_));
+  if (looksAllAround_) return std::min(2.0 * share, 1.0);
+  for (const OrientedBox* box : {&facts.box, &facts.tightBox}) {
+    const auto inner_m = picture_.reachOverSides_m(*box);
+    const auto outer_m = frustum_.reachOverSides_m(*box);
+    for (std::size_t i = 0; i < inner_m.size(); ++i)
+      share = std::min(share, shareBetween(inner_m[i], outer_m[i]));
+  }
+  return std::min(2.0 * share, 1.0);
 }
 
 void CutSight::measure(CutNode& node) const {

@@ -14,8 +14,10 @@ class CutSight {
  public:
   /// looksAhead: what may come into the picture soon counts as seen, CutOptions::margin beyond its sides and a little
   /// over the horizon.
+  /// fadesIn: what is not in the picture itself counts the less, the nearer it is to the end of that margin, where
+  /// nothing is known of the ground any more. So what comes into the margin, or leaves it, changes nothing at once.
   CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
-           bool looksAhead);
+           bool looksAhead, bool fadesIn);
 
   enum class Found : std::uint8_t { seen, beyondFrustum, beyondHorizon };
   /// Fills in all of the node that its view decides. `parent` is null for a root, else something that is seen.
@@ -31,15 +33,22 @@ class CutSight {
   double pixels(double length_m, double distance_m) const { return pixelsAcross(length_m, distance_m, pixelAngle_); }
 
  private:
+  void fade(CutNode& node, const CutNode* parent) const;
+  double shareOfMargin(const TileFacts& facts) const;
+  std::optional<std::uint8_t> planesOfMargin(const TileFacts& facts, std::uint8_t parents) const;
+
   View view_;
   ViewFrustum picture_;
-  ViewFrustum frustum_;   ///< with the margin
-  geo::Horizon horizon_;  ///< likewise
+  ViewFrustum frustum_;  ///< with the margin
+  geo::Horizon pictureHorizon_;
+  geo::Horizon horizon_;  ///< with the eye lifted
   double pixelAngle_;
   double tolerance_px_;
   double texelTolerance_px_;
   double maxSpacing_px_;
   bool looksAhead_;
+  bool fadesIn_;
+  bool looksAllAround_;
 };
 
 }  // namespace tellurion::scene

@@ -38,7 +38,8 @@ const Selection& Selector::select(const View& view, const CutOptions& options, d
   if (!options.morph) history = nullptr;
   Work& work = *work_;
   clear(work.out);
-  const CutSight sight(view, work.ellipsoid, options, occluderDepth_m, options.morph);
+  const CutSight sight(view, work.ellipsoid, options, occluderDepth_m, options.morph,
+                       options.morph && history == nullptr);
   const CutPast past(history);
   growCut({.tiling = work.tiling, .options = options, .sight = sight, .past = past, .tree = tree}, work.growth,
           work.out);

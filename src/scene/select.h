@@ -44,7 +44,8 @@ struct CutOptions {
   /// With a clock, and an eye that moves: what the view a second ahead will want is asked for too, last of all.
   bool prefetch = true;
   /// With morphing: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has left
-  /// its parents' surfaces when a moving eye gets to see it; a share of half the picture.
+  /// its parents' surfaces when a moving eye gets to see it; a share of half the picture. Infinite: all around the eye.
+  /// Then all pictures from one eye choose the same tiles, for the several of a dome, and each loads what all need.
   double margin = 0.15;
   /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
   /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.

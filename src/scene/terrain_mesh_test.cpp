@@ -479,6 +479,74 @@ double worstMiss(const Tiling& tiling, const TileId& id, const GroundSamples& he
   return worst;
 }
 
+/// The mesh's triangles with the cells that they cover, to ask what is drawn at a place.
+struct DrawnTriangle {
+  std::array<geo::Vec3, 3> corners;
+  std::array<geo::Vec2, 3> cells;
+};
+
+std::vector<DrawnTriangle> drawnTrianglesOf(const TerrainMesh& mesh) {
+  std::vector<DrawnTriangle> drawn;
+  for (const auto& t :
+       trianglesOf(mesh, {mesh.interior, mesh.fineEdge[0], mesh.fineEdge[1], mesh.fineEdge[2], mesh.fineEdge[3]})) {
+    DrawnTriangle& triangle = drawn.emplace_back();
+    for (std::size_t c = 0; c < 3; ++c) {
+      const TerrainVertex& vertex = mesh.vertices[t[c]];
+      triangle.corners[c] = mesh.origin.m + geo::Vec3(vertex.position_tile);
+      triangle.cells[c] = geo::Vec2(vertex.s, vertex.t) * (64.0 / kPlaceUnits);
+    }
+  }
+  return drawn;
+}
+
+/// The point of a triangle that is nearest to a point.
+double distanceTo(const std::array<geo::Vec3, 3>& t, const geo::Vec3& p) {
+  const geo::Vec3 normal = geo::cross(t[1] - t[0], t[2] - t[0]);
+  const double area2 = geo::dot(normal, normal);
+  bool isOver = area2 > 0.0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const geo::Vec3 side = t[(c + 1) % 3] - t[c];
+    isOver = isOver && geo::dot(geo::cross(side, p - t[c]), normal) >= 0.0;
+    const double length2 = geo::dot(side, side);
+    const double share = length2 > 0.0 ? std::clamp(geo::dot(p - t[c], side) / length2, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, geo::length(t[c] + side * share - p));
+  }
+  return isOver ? std::abs(geo::dot(p - t[0], normal)) / std::sqrt(area2) : nearest;
+}
+
+double cross2(const geo::Vec2& a, const geo::Vec2& b) {
+  return a.x * b.y - a.y * b.x;
+}
+
+/// The other way round: how far the ground at random places, samples or anywhere between them, is from the mesh: from
+/// what is drawn at the place, unless some triangle is nearer.
+double worstLeftOut(const Tiling& tiling, const TileId& id, const GroundSamples& heights, const MadeMesh& made,
+                    std::mt19937_64& random) {
+  constexpr int kPlaces = 1000;
+  const std::vector<DrawnTriangle> drawn = drawnTrianglesOf(*made.mesh);
+  double worst = 0.0;
+  for (int k = 0; k < kPlaces; ++k) {
+    geo::Vec2 at(geo::uniform(random, 0.0, 64.0), geo::uniform(random, 0.0, 64.0));
+    if (k % 4 == 0) at = {std::round(at.x), std::round(at.y)};
+    const geo::Vec3 ground = groundAt(tiling, id, heights, at.x, at.y);
+    double miss = std::numeric_limits<double>::infinity();
+    for (const DrawnTriangle& t : drawn) {
+      const double area = cross2(t.cells[1] - t.cells[0], t.cells[2] - t.cells[0]);
+      const std::array<double, 3> w{cross2(t.cells[1] - at, t.cells[2] - at) / area,
+                                    cross2(t.cells[2] - at, t.cells[0] - at) / area,
+                                    cross2(t.cells[0] - at, t.cells[1] - at) / area};
+      if (std::min({w[0], w[1], w[2]}) < -1e-9) continue;
+      miss = std::min(miss, geo::length(t.corners[0] * w[0] + t.corners[1] * w[1] + t.corners[2] * w[2] - ground));
+    }
+    EXPECT_LT(miss, std::numeric_limits<double>::infinity()) << "nothing is drawn at " << at.x << ", " << at.y;
+    for (std::size_t i = 0; miss > made.error_m && i < drawn.size(); ++i)
+      miss = std::min(miss, distanceTo(drawn[i].corners, ground));
+    worst = std::max(worst, miss);
+  }
+  return worst;
+}
+
 TEST_P(MeshOnTiling, theErrorHoldsEverywhere) {
   std::mt19937_64 random = geo::seededGenerator();
   for (int i = 0; i < 8; ++i) {
@@ -487,7 +555,10 @@ TEST_P(MeshOnTiling, theErrorHoldsEverywhere) {
         samplesOf(tiling, id, [&](const geo::Direction& d) { return groundOf(i % 4, d, id.level); });
     const Made m = madeOf(tiling, id, heights);
     EXPECT_LE(worstMiss(tiling, id, heights, m.made, random), m.made.error_m * 1.001 + 1e-3) << i;
+    const double leftOut_m = worstLeftOut(tiling, id, heights, m.made, random);
+    EXPECT_LE(leftOut_m, m.made.error_m * 1.001 + 1e-3) << i;
     EXPECT_LT(m.made.error_m, 5e5);
+    EXPECT_GT(leftOut_m, 0.01 * m.made.error_m) << i;
   }
 }
 
@@ -506,6 +577,8 @@ TEST_P(MeshOnTiling, theErrorOfACliffIsItsWidth) {
     const double spacing_m = tiling.metrics(id.level).largestEdge.radians() * kEarth.semiMajorAxis_m() / 64.0;
     EXPECT_LE(m.made.error_m, 3.0 * spacing_m) << i;
     EXPECT_LE(worstMiss(tiling, id, heights, m.made, random), m.made.error_m * 1.001 + 1e-3) << i;
+    const double leftOut_m = worstLeftOut(tiling, id, heights, m.made, random);
+    EXPECT_LE(leftOut_m, m.made.error_m * 1.001 + 1e-3) << i;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tellurion::scene {
 
@@ -32,11 +33,29 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
   return within;
 }
 
+std::array<double, 4> ViewFrustum::reachOverSides_m(const OrientedBox& box) const {
+  const geo::Vec3 centre = box.centre.m - eye_;
+  std::array<double, 4> reach{};
+  for (std::size_t i = 0; i < reach.size(); ++i) {
+    reach[i] = geo::dot(centre, inward_[i]);
+    for (const geo::Vec3& axis : box.halfAxes)
+      reach[i] += std::abs(geo::dot(axis, inward_[i]));
+  }
+  return reach;
+}
+
 bool isBeyondHorizonWithItsTop(const OrientedBox& box, const geo::Horizon& horizon) {
   for (unsigned i = OrientedBox::kCorners - 1; i-- > 0;) {
     if (!horizon.hides(box.corner(i))) return false;
   }
   return true;
+}
+
+double clearanceOfHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
+  double most = -std::numeric_limits<double>::infinity();
+  for (unsigned i = 0; i < OrientedBox::kCorners; ++i)
+    most = std::max(most, horizon.clearance(box.corner(i)));
+  return most;
 }
 
 }  // namespace tellurion::scene

@@ -24,6 +24,8 @@ class ViewFrustum {
   /// The planes that all of the box lies within, a bit for each; nothing when it lies wholly beyond one. `within`:
   /// those that are known to hold all that the box stands for, and are not tested.
   std::optional<std::uint8_t> planesAround(const OrientedBox& box, std::uint8_t within = 0) const;
+  /// How far the box reaches over each of the four sides into the pyramid, in metres; negative: all of it is beyond.
+  std::array<double, 4> reachOverSides_m(const OrientedBox& box) const;
 
  private:
   geo::Vec3 eye_;
@@ -38,5 +40,7 @@ bool isBeyondHorizonWithItsTop(const OrientedBox& box,
 inline bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
   return horizon.hides(box.corner(OrientedBox::kCorners - 1)) && isBeyondHorizonWithItsTop(box, horizon);
 }
+/// The largest geo::Horizon::clearance of the box.
+double clearanceOfHorizon(const OrientedBox& box, const geo::Horizon& horizon);
 
 }  // namespace tellurion::scene

@@ -324,7 +324,10 @@ class Walk {
     moveALittle(eye_, random_);
     time_s_ += 1.0 / 60.0;
     if (random_() % 30 == 0) globe_->exaggeration() = uniform(random_, 0.0, 5.0);
-    if (late_) std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 30));
+    if (!late_) return;
+    // What comes in time is drawn on its way: without a wait for something a slow machine sees none of it.
+    globe_->waitForArrivals(200ms);
+    std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 30));
   }
 
   scene::CutOptions options() const {
@@ -445,8 +448,8 @@ TEST_P(NoHole, InAnyFrame) {
       EXPECT_GT(tally.overtaken, 0) << "tiles come in the order in which they were asked for";
     } else {
       EXPECT_EQ(tally.incomplete, 0);
-      EXPECT_GT(kMorphing * tally.morphing, frames) << "the ground hardly morphs";
     }
+    EXPECT_GT(kMorphing * tally.morphing, frames) << "the ground hardly morphs";
   }
 }
 
