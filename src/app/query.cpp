@@ -10,6 +10,7 @@
 #include "app/subcommands.h"
 #include "pyramid/height_query.h"
 #include "pyramid/pyramid_reader.h"
+#include "raster/parse_number.h"
 
 namespace tellurion::app {
 namespace {
@@ -35,17 +36,9 @@ bool isBlank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && isBlank(text.front()))
-    text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back()))
-    text.remove_suffix(1);
-  return text;
-}
-
 /// A number that a blank, a comma or the end follows; these stay.
 std::optional<double> takeNumber(std::string_view& text) {
-  text = trimmed(text);
+  text = raster::trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -58,10 +51,10 @@ std::optional<double> takeNumber(std::string_view& text) {
 /// Exactly two numbers, blanks or one comma between them: a latitude within 90 degrees and a longitude within 720.
 std::optional<LatLon> parseLine(std::string_view line) {
   const auto lat = takeNumber(line);
-  line = trimmed(line);
+  line = raster::trimmed(line);
   if (line.starts_with(',')) line.remove_prefix(1);
   const auto lon = lat ? takeNumber(line) : std::nullopt;
-  if (!lon || !trimmed(line).empty()) return std::nullopt;
+  if (!lon || !raster::trimmed(line).empty()) return std::nullopt;
   if (!(std::abs(*lat) <= 90.0) || !(std::abs(*lon) <= 720.0)) return std::nullopt;
   return LatLon{*lat, *lon};
 }
@@ -101,10 +94,11 @@ class Session {
   void answer(std::string_view line) {
     ++lineNumber_;
     if (line.size() > kLongestLine) return complain(fmt::format("is longer than {} characters", kLongestLine));
-    if (trimmed(line).empty()) return;
+    if (raster::trimmed(line).empty()) return;
     const auto place = parseLine(line);
     if (!place)
-      return complain(fmt::format("'{}' is not 'LAT LON' or 'LAT,LON' in degrees", trimmed(line).substr(0, 60)));
+      return complain(
+          fmt::format("'{}' is not 'LAT LON' or 'LAT,LON' in degrees", raster::trimmed(line).substr(0, 60)));
     const auto answer = query_.at(geo::directionFromDegrees(place->lat, place->lon), arguments_.level);
     if (!answer) return complain(io::describe(answer.error()));
     arguments_.asJson ? printJson(*place, *answer) : printText(*answer);
