@@ -18,7 +18,7 @@ namespace {
 using Code = io::Failure::Code;
 
 constexpr int kImagePixels = 512;
-constexpr int kFinestLevel = 22;  // a pixel of 9 mm on the Earth
+constexpr int kFinestLevel = 22;   // a pixel of 9 mm on the Earth
 constexpr int kMostPixels = 4096;  // a side
 
 std::vector<std::string> partsOf(std::string_view list) {
