@@ -120,7 +120,7 @@ class Messages(unittest.TestCase):
         for name in (scene, source + "#layer"):
             picture = self.work / "online.png"
             done = self.refused(1, ("render", name, "--camera", "0,0,1e7", "--size", "64x48", "--timeout", "2", "--cache-mib", "0",
-                                    "-o", picture), "1 layers of servers had not come", "127.0.0.1:9")
+                                    "-o", picture), "imagery.0 of the scene", "had not told what it offers", "raise --timeout", f"{source}: ")
             self.assertTrue(picture.exists(), done)
             picture.unlink()
 

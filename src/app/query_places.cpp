@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "raster/parse_number.h"
+
 namespace tellurion::app {
 namespace {
 
@@ -15,17 +17,9 @@ bool isBlank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && isBlank(text.front()))
-    text.remove_prefix(1);
-  while (!text.empty() && isBlank(text.back()))
-    text.remove_suffix(1);
-  return text;
-}
-
 /// A number that a blank, a comma or the end follows; these stay.
 std::optional<double> takeNumber(std::string_view& text) {
-  text = trimmed(text);
+  text = raster::trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -37,7 +31,7 @@ std::optional<double> takeNumber(std::string_view& text) {
 
 std::optional<double> wholeNumber(std::string_view text) {
   const auto number = takeNumber(text);
-  return number && trimmed(text).empty() ? number : std::nullopt;
+  return number && raster::trimmed(text).empty() ? number : std::nullopt;
 }
 
 std::optional<LatLon> checked(double lat, double lon) {
@@ -53,7 +47,7 @@ std::vector<std::string_view> fieldsOf(std::string_view line) {
   for (std::size_t i = 0; i <= line.size(); ++i) {
     if (i < line.size() && line[i] == '"') isQuoted = !isQuoted;
     if (i < line.size() && (line[i] != ',' || isQuoted)) continue;
-    std::string_view field = trimmed(line.substr(start, i - start));
+    std::string_view field = raster::trimmed(line.substr(start, i - start));
     if (field.size() >= 2 && field.front() == '"' && field.back() == '"') field = field.substr(1, field.size() - 2);
     fields.push_back(field);
     start = i + 1;
@@ -70,14 +64,14 @@ bool isNamed(std::string_view field, std::initializer_list<std::string_view> nam
 
 std::optional<LatLon> placeOfLine(std::string_view line) {
   const auto lat = takeNumber(line);
-  line = trimmed(line);
+  line = raster::trimmed(line);
   if (line.starts_with(',')) line.remove_prefix(1);
   const auto lon = lat ? takeNumber(line) : std::nullopt;
-  return lon && trimmed(line).empty() ? checked(*lat, *lon) : std::nullopt;
+  return lon && raster::trimmed(line).empty() ? checked(*lat, *lon) : std::nullopt;
 }
 
 PlaceLine PlaceReader::read(std::string_view line) {
-  line = trimmed(line);
+  line = raster::trimmed(line);
   if (line.empty()) return {};
   if (isCsv_) return readCsv(line);
   const auto place = placeOfLine(line);

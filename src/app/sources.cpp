@@ -13,6 +13,7 @@
 #include "geo/body.h"
 #include "io/resources.h"
 #include "raster/grid_geometry.h"
+#include "raster/map_reference.h"
 #include "raster/near_names.h"
 #include "raster/service_exception.h"
 #include "raster/service_offers.h"
@@ -24,7 +25,7 @@ namespace {
 constexpr int kFailed = 1;
 
 struct Options {
-  std::string source, layer, type, version;
+  std::string source, layer, type, version, body;
   bool asJson = false;
   bool elevation = false;
 };
@@ -52,6 +53,7 @@ nlohmann::ordered_json jsonOf(const raster::LayerOffer& layer) {
   json["kind"] = raster::nameOf(layer.kind);
   json["crs"] = layer.crs;
   json["crs_count"] = layer.crsCount;
+  if (const auto body = raster::bodyOfReferences(layer.crs)) json["body"] = body->name;
   json["formats"] = layer.formats;
   json["styles"] = layer.styles;
   json["style_count"] = layer.styleCount;
@@ -183,11 +185,23 @@ const raster::LayerOffer& findOffer(const raster::ServiceOffers& offers, const s
   fail(fmt::format("there is no layer '{}'{}", wanted, raster::whatElseThereIs(wanted, names)));
 }
 
+/// The option's; else what the layer's references say; else the Earth, on which most servers' maps lie.
+geo::Body bodyOf(const raster::LayerOffer& layer, const Options& options) {
+  const auto told = raster::bodyOfReferences(layer.crs);
+  const auto named = geo::bodyByName(options.body);
+  if (told && named && !(*told == *named)) {
+    fail(fmt::format("layer '{}' lies on {} by its references ({}), not on {}; leave --body out", layer.name,
+                     told->name, someOf(layer.crs, 3, layer.crsCount), named->name));
+  }
+  return named ? *named : told.value_or(geo::earth());
+}
+
 /// The entry with what the server leaves open made plain, once it is known to open.
 void printEntry(const raster::LayerOffer& layer, const Options& options, io::Resources& resources) {
   const raster::Kind kind = options.elevation ? raster::Kind::elevation : layer.kind;
   raster::ServiceLayer entry = layer.entry;
-  const auto service = raster::openService(entry, kind, geo::earth(), resources);
+  const geo::Body body = bodyOf(layer, options);
+  const auto service = raster::openService(entry, kind, body, resources);
   if (!service) fail(told(service.error()));
   if (const auto grid = raster::GridGeometry::make(*service); !grid) fail(told(grid.error()));
   entry.attribution = service->attribution;
@@ -197,6 +211,7 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   if (options.asJson) {
     nlohmann::ordered_json json;
     json["kind"] = raster::nameOf(kind);
+    json["body"] = body.name;
     json["entry"] = entryJson(entry);
     json["levels"] = service->levels.size();
     json["first_image"] = firstImage;
@@ -207,6 +222,7 @@ void printEntry(const raster::LayerOffer& layer, const Options& options, io::Res
   auto out = std::back_inserter(text);
   const std::string title = raster::onOneLine(layer.title);
   if (!title.empty()) fmt::format_to(out, "# {}\n", title);
+  if (!(body == geo::earth())) fmt::format_to(out, "# for a scene with body = \"{}\"\n", body.name);
   text += tomlOf(entry, kind);
   const auto choice = [&](const char* key, const std::vector<std::string>& some, std::size_t count) {
     constexpr std::size_t kMost = 12;
@@ -255,6 +271,11 @@ void addSources(CLI::App& program) {
   command->add_flag("--elevation", options->elevation, "The entry is for heights: [[elevation]], not [[imagery]]");
   command->add_option("--type", options->type, "wms, wmts, tms, xyz or worldwind, where it is not told from the URL");
   command->add_option("--wms-version", options->version, "Ask a WMS in this version: 1.1.1, 1.3.0");
+  command
+      ->add_option(
+          "--body", options->body,
+          "earth, mars or moon: whose map it is, where the layer's references do not say (those of the IAU do)")
+      ->check(CLI::IsMember({"earth", "mars", "moon"}));
   command->add_flag("--json", options->asJson, "As JSON");
   command->footer(
       "Prints a line a layer: name, title, box in degrees, coordinate references, styles, times. A layer whose name is "
@@ -267,6 +288,8 @@ void addSources(CLI::App& program) {
       "Heights from a tile server; a capabilities document that lies here; only the names of layers\n"
       "  tellurion sources http://127.0.0.1:8080/wms --layer dem --elevation >> scene.toml\n"
       "  tellurion sources capabilities.xml\n"
+      "A layer of a server of Mars, whose scene says body = \"mars\"\n"
+      "  tellurion sources http://127.0.0.1:8080/mars --layer viking --body mars\n"
       "  tellurion sources http://127.0.0.1:8080/wmts --json | jq -r '.layers[].name'");
   command->callback([options] { run(*options); });
 }

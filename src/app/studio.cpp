@@ -316,14 +316,18 @@ std::vector<std::string> shortcomings(const PictureArguments& arguments, const s
                                       const scene::Frame& frame) {
   std::vector<std::string> lines;
   const scene::FrameStatistics& statistics = frame.statistics;
-  if (statistics.layersComing > 0)
-    lines.push_back(fmt::format("{} layers of servers had not come in time", statistics.layersComing));
+  for (const io::Failure& late : globe.lateLayers())
+    lines.push_back(io::describe(late));
+  if (lines.empty() && statistics.layersComing > 0)
+    lines.push_back("the last layer that came was not drawn in time; raise --timeout");
   if (statistics.tilesWanted > 0)
     lines.push_back(fmt::format("{} finer tiles had not arrived in time; raise --timeout", statistics.tilesWanted));
   // Of a frame that has all it needs they are about what comes next, like the step to come of a slow server.
   if (!lines.empty()) {
-    for (const io::Failure& trouble : globe.troubles())
-      lines.push_back(io::describe(trouble));
+    for (const io::Failure& trouble : globe.troubles()) {
+      if (std::string line = io::describe(trouble); std::ranges::find(lines, line) == lines.end())
+        lines.push_back(std::move(line));
+    }
   }
   const std::vector<io::Failure> failures = globe.failuresInFrame();
   const std::size_t missing = failures.size();

@@ -24,10 +24,6 @@ constexpr auto kLongestPoll = std::chrono::milliseconds(1000);
 constexpr std::uint64_t kSlow_bytes = 8 << 10;
 constexpr auto kSlowWindow = std::chrono::seconds(2);
 
-UnixSeconds wallClock() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 // `mutex_` guards the queue, the statistics and what the caller's threads leave for the loop; transfers are the loop's
@@ -39,6 +35,7 @@ class Fetcher::Loop {
         multi_(curl_multi_init()),
         queue_({.first_s = options.firstRetry_s, .longest_s = options.longestRetry_s},
                std::max(1, options.connectionsPerHost)) {
+    inFlight_.budget = options.inFlight_bytes;
     curl_multi_setopt(multi_, CURLMOPT_MAXCONNECTS, 2L * options.connections);
     thread_ = std::thread([this] { run(); });
   }
@@ -94,6 +91,7 @@ class Fetcher::Loop {
   struct Running {
     FetchJobPointer job;
     std::unique_ptr<Transfer> transfer;
+    std::uint64_t number = 0;  ///< in the order in which they began
     SteadyTime start;
     SteadyTime windowStart;
     std::uint64_t windowBytes = 0;
@@ -105,6 +103,7 @@ class Fetcher::Loop {
   void drop(RunningMap::iterator at);
   void dropCancelled();
   void startNext();
+  void resumePaused();
   void noteOpen();
   bool takeEnded();
   void finish(Running ended, int curlCode);
@@ -120,6 +119,8 @@ class Fetcher::Loop {
   std::vector<FetchJobPointer> cancelled_;
   std::vector<OpenAnswer> open_;  ///< as they were in the loop's last turn
   bool stopping_ = false;
+  BytesInFlight inFlight_;  ///< of running_
+  std::uint64_t begun_ = 0;
   RunningMap running_;
   std::thread thread_;
 };
@@ -133,6 +134,7 @@ void Fetcher::Loop::run() {
       dropCancelled();
       givenUp = queue_.givenUp();
       startNext();
+      resumePaused();
       noteOpen();
     }
     for (const FetchJobPointer& job : givenUp)
@@ -175,12 +177,26 @@ void Fetcher::Loop::startNext() {
                                                                .lastModified = request.lastModified,
                                                                .authorities = options_.authorities.string(),
                                                                .connectTimeout_s = options_.connectTimeout_s,
-                                                               .stallTimeout_s = options_.stallTimeout_s});
+                                                               .stallTimeout_s = options_.stallTimeout_s},
+                                               inFlight_);
     void* const handle = transfer->handle();
     ++places;
     ++statistics_.requests;
     curl_multi_add_handle(multi_, handle);
-    running_.emplace(handle, Running{.job = job, .transfer = std::move(transfer), .start = now, .windowStart = now});
+    running_.emplace(
+        handle,
+        Running{.job = job, .transfer = std::move(transfer), .number = ++begun_, .start = now, .windowStart = now});
+  }
+}
+
+// The oldest may always go on, so that there is one that ends; the others once there is room.
+void Fetcher::Loop::resumePaused() {
+  statistics_.mostInFlight_bytes = inFlight_.most;
+  const auto oldest = std::ranges::min_element(running_, {}, [](const auto& entry) { return entry.second.number; });
+  if (oldest == running_.end()) return;
+  oldest->second.transfer->resume(true);
+  for (auto& [handle, running] : running_) {
+    if (running.transfer->isPaused() && inFlight_.now < inFlight_.budget) running.transfer->resume(false);
   }
 }
 

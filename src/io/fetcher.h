@@ -38,6 +38,7 @@ struct FetcherStatistics {
   std::uint64_t requests = 0;
   std::uint64_t failedRequests = 0;
   std::uint64_t receivedBytes = 0;
+  std::uint64_t mostInFlight_bytes = 0;
 };
 
 /// Requests to servers, most urgent first, on one thread with libcurl. A request that fails is made again, later and

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <utility>
 
 namespace tellurion::io {
@@ -66,6 +67,10 @@ CacheControl readCacheControl(std::string_view text) {
 }
 
 }  // namespace
+
+UnixSeconds wallClock() {
+  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
 
 void HttpHeaders::read(std::string_view line) {
   if (line.starts_with("HTTP/")) {

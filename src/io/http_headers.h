@@ -10,6 +10,8 @@ namespace tellurion::io {
 /// Times by the clock on the wall: seconds since 1970-01-01T00:00:00Z.
 using UnixSeconds = std::int64_t;
 
+UnixSeconds wallClock();  ///< now
+
 /// What an answer's header says about keeping the answer. Times as the server wrote them, unchecked.
 struct HttpHeaders {
   std::string contentType;

@@ -47,10 +47,6 @@ CacheKey cacheKeyOf(const ResourceRequest& request) {
   return {.dataset = request.dataset, .url = keptUrl(request.url)};
 }
 
-UnixSeconds wallClock() {
-  return std::chrono::duration_cast<std::chrono::seconds>(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 ResourceDesk::ResourceDesk(const ResourceOptions& options)
@@ -264,6 +260,7 @@ ResourceStatistics ResourceDesk::statistics() const {
   result.requests = network.requests;
   result.failedRequests = network.failedRequests;
   result.receivedBytes = network.receivedBytes;
+  result.mostInFlight_bytes = network.mostInFlight_bytes;
   result.fromCache = fromCache_;
   result.cacheBytes = cache_ ? cache_->bytes() : 0;
   return result;

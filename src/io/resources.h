@@ -45,6 +45,9 @@ struct ResourceOptions {
   RequestOrder order = RequestOrder::mostUrgent;
   int connectionsPerHost = 6;
   int connections = 24;  ///< to all hosts; up to twice as many while servers that hardly answer hold theirs
+  /// Of answers that are not whole yet, all together: above it all transfers but the oldest wait, so that many large
+  /// answers at a time take no more than this and one answer's own bound.
+  std::uint64_t inFlight_bytes = std::uint64_t{256} << 20;
   std::filesystem::path authorities;  ///< certificates (PEM) of whom https trusts; empty: those of the system
   double connectTimeout_s = 10.0;
   double stallTimeout_s = 30.0;  ///< whole seconds: less than 256 bytes a second for so long is no answer
@@ -56,6 +59,7 @@ struct ResourceStatistics {
   std::uint64_t requests = 0;        ///< sent to a server
   std::uint64_t failedRequests = 0;  ///< of those: no answer, or one that was no good
   std::uint64_t receivedBytes = 0;
+  std::uint64_t mostInFlight_bytes = 0;  ///< of answers that were not whole yet, all together
   std::uint64_t fromCache = 0;
   std::uint64_t cacheBytes = 0;
   std::uint64_t waiting = 0;  ///< asked for and not here yet

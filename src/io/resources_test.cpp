@@ -7,6 +7,7 @@
 #include <list>
 
 #include "io/fault_server_test.h"
+#include "io/url_secrets.h"
 
 namespace tellurion::io {
 namespace {
@@ -106,6 +107,54 @@ TEST_F(ResourcesTest, ReadsLocalFiles) {
   folder.write("with space/late.bin", "x");
   folder.write("no", "now it is there");
   EXPECT_TRUE(*resources.wait({.url = root + "/no"}, kPatience_s)) << "what is missing on this disk is not remembered";
+}
+
+TEST_F(ResourcesTest, AnswersOnTheirWayTakeNoMoreThanTheirBudgetAndOneOfThem) {
+  constexpr std::size_t kAnswer = 400'000;
+  constexpr int kAnswers = 24;
+  for (int i = 0; i < kAnswers; ++i)
+    folder.write(std::to_string(i), noise(kAnswer, static_cast<unsigned>(i)));
+  for (int i = 0; i < kAnswers; i += 3)
+    server.tell("set?prefix=/" + std::to_string(i) + "&fault=gzip");
+  std::uint64_t unbounded = 0;
+  for (const std::uint64_t budget : {std::uint64_t{1} << 30, std::uint64_t{500'000}}) {
+    ResourceOptions options = quickOptions();
+    options.inFlight_bytes = budget;
+    server.tell("bandwidth?bits=100e6");  // so that all of them are on their way together
+    Resources resources(options);
+    std::deque<Arrival> arrivals(kAnswers);
+    std::vector<Resources::Ticket> tickets;
+    for (int i = 0; i < kAnswers; ++i)
+      tickets.push_back(resources.get({.url = server.url("/" + std::to_string(i)),
+                                       .maxBytes = 2 * kAnswer,
+                                       .check = [i](const Resource& resource) -> Result<bool> {
+                                         if (textOf(resource) == noise(kAnswer, static_cast<unsigned>(i))) return true;
+                                         return fail(Failure::Code::corrupt, "not what was asked for");
+                                       }},
+                                      1.0, arrivals[static_cast<std::size_t>(i)].ready()));
+    ASSERT_TRUE(eventually([&] { return resources.statistics().waiting == 0; }));
+    for (int i = 0; i < kAnswers; ++i)
+      EXPECT_EQ(arrivals[static_cast<std::size_t>(i)].count(), 1);
+    const std::uint64_t most = resources.statistics().mostInFlight_bytes;
+    EXPECT_GE(most, kAnswer);
+    if (unbounded == 0) {
+      unbounded = most;
+      if (unbounded <= 1'000'000U) GTEST_SKIP() << "this machine has not had them under way together";
+    } else {
+      EXPECT_LE(most, budget + kAnswer);
+    }
+  }
+}
+
+TEST_F(ResourcesTest, AUrlHasABound) {
+  Resources resources(quickOptions());
+  folder.write("a", "a");
+  const std::string start = server.url("/a?");
+  const auto longest = resources.wait({.url = start + std::string(kLongestUrl - start.size(), 'x')}, kPatience_s);
+  EXPECT_TRUE(longest) << describe(longest.error());
+  const auto longer = resources.wait({.url = start + std::string(kLongestUrl, 'x')}, kPatience_s);
+  ASSERT_FALSE(longer);
+  EXPECT_LT(describe(longer.error()).size(), 500U);
 }
 
 TEST_F(ResourcesTest, EqualRequestsAreOne) {

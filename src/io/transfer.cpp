@@ -3,11 +3,14 @@
 #include <curl/curl.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <new>
 #include <span>
 #include <utility>
+
+#include "io/url_secrets.h"
 
 namespace tellurion::io {
 namespace {
@@ -98,7 +101,8 @@ void initialise() {
 
 }  // namespace
 
-Transfer::Transfer(TransferRequest request) : request_(std::move(request)) {
+Transfer::Transfer(TransferRequest request, BytesInFlight& inFlight)
+    : request_(std::move(request)), inFlight_(inFlight) {
   initialise();
   handle_ = curl_easy_init();
   if (handle_ == nullptr) throw std::bad_alloc();
@@ -106,6 +110,7 @@ Transfer::Transfer(TransferRequest request) : request_(std::move(request)) {
 }
 
 Transfer::~Transfer() {
+  inFlight_.now -= counted_;
   curl_easy_cleanup(handle_);
   curl_slist_free_all(static_cast<curl_slist*>(lines_));
 }
@@ -158,13 +163,27 @@ std::size_t Transfer::onHeader(const char* data, std::size_t size, std::size_t c
 std::size_t Transfer::onBody(const char* data, std::size_t size, std::size_t count, void* self) {
   Transfer& transfer = *static_cast<Transfer*>(self);
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size * count));
+  BytesInFlight& all = transfer.inFlight_;
+  if (all.now + bytes.size() > all.budget && !transfer.mayExceed_) {
+    transfer.isPaused_ = true;  // the same bytes come again
+    return CURL_WRITEFUNC_PAUSE;
+  }
   transfer.receivedBytes_ += bytes.size();
   if (transfer.body_.size() + bytes.size() > transfer.request_.maxBytes) {
     transfer.tooLarge_ = true;
     return 0;
   }
   transfer.body_.insert(transfer.body_.end(), bytes.begin(), bytes.end());
+  transfer.counted_ += bytes.size();
+  all.now += bytes.size();
+  all.most = std::max(all.most, all.now);
   return bytes.size();
+}
+
+void Transfer::resume(bool mayExceed) {
+  mayExceed_ = mayExceed_ || mayExceed;
+  if (!std::exchange(isPaused_, false)) return;
+  curl_easy_pause(handle_, CURLPAUSE_CONT);
 }
 
 TransferEnd Transfer::end(int curlCode) {
@@ -190,6 +209,11 @@ TransferEnd Transfer::end(int curlCode) {
 
 Result<std::string> hostOf(const std::string& url) {
   initialise();
+  if (url.size() > kLongestUrl) {
+    return fail(Failure::Code::invalidArgument,
+                fmt::format("a URL of {} bytes; at most {} are asked for", url.size(), kLongestUrl),
+                url.substr(0, url.find('?')).substr(0, 200));
+  }
   const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
   const CURLUcode code = curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0);
   if (code != CURLUE_OK)

@@ -10,6 +10,13 @@
 
 namespace tellurion::io {
 
+/// What all transfers of a fetcher hold of bodies that are not whole yet. One thread only.
+struct BytesInFlight {
+  std::uint64_t budget = 0;  ///< above it transfers wait, but for those that may exceed it
+  std::uint64_t now = 0;
+  std::uint64_t most = 0;
+};
+
 /// One request to a server.
 struct TransferRequest {
   std::string url;
@@ -40,13 +47,17 @@ struct TransferEnd {
 /// A libcurl transfer: its settings, and what has come so far. One thread only, and pinned: libcurl holds its address.
 class Transfer {
  public:
-  explicit Transfer(TransferRequest request);
+  Transfer(TransferRequest request, BytesInFlight& inFlight);
   ~Transfer();
   Transfer(const Transfer&) = delete;
   Transfer& operator=(const Transfer&) = delete;
 
   void* handle() const { return handle_; }  ///< a CURL*
   std::uint64_t receivedBytes() const { return receivedBytes_; }
+  /// It waits for others to end, since what all hold together is over the budget.
+  bool isPaused() const { return isPaused_; }
+  /// Lets it go on. mayExceed: whatever the budget, from now on: one at least must be able to end.
+  void resume(bool mayExceed);
   /// After its end, with libcurl's result code; takes the body out.
   TransferEnd end(int curlCode);
 
@@ -63,6 +74,10 @@ class Transfer {
   std::uint64_t headerBytes_ = 0;
   std::uint64_t receivedBytes_ = 0;
   bool tooLarge_ = false;
+  BytesInFlight& inFlight_;
+  bool isPaused_ = false;
+  bool mayExceed_ = false;
+  std::uint64_t counted_ = 0;  ///< of inFlight_
 };
 
 /// "http://host:port" of an http or https URL; a failure says what is wrong with it.

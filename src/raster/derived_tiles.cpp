@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <mutex>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "raster/joint_preparation.h"
 #include "raster/live_tiles.h"
 #include "raster/nearest_tiles.h"
+#include "raster/seam.h"
 #include "raster/tile_places.h"
 
 namespace tellurion::raster {
@@ -24,10 +26,30 @@ const Raster<float>& samplesOf(const SourceTile& tile) {
   return std::get<ElevationTile>(tile.payload).samples;
 }
 
-void layOver(Raster<float>& below, const Raster<float>& above) {
-  for (std::size_t i = 0; i < below.samples.size(); ++i) {
-    if (!isNoData(above.samples[i])) below.samples[i] = above.samples[i];
+/// weightOf(column, row): how much a sample above counts over one below.
+template <class WeightOf>
+void layOver(Raster<float>& below, const Raster<float>& above, const WeightOf& weightOf) {
+  for (int row = 0; row < below.height; ++row) {
+    for (int column = 0; column < below.width; ++column) {
+      const float height_m = above.at(column, row);
+      if (isNoData(height_m)) continue;
+      float& out_m = below.at(column, row);
+      const double weight = isNoData(out_m) ? 1.0 : weightOf(column, row);
+      out_m = weight >= 1.0
+                  ? height_m
+                  : static_cast<float>(std::lerp(static_cast<double>(out_m), static_cast<double>(height_m), weight));
+    }
   }
+}
+
+/// Whether a source has a height at a place on a level; of one that tells what it stores, whether it has the tile, so
+/// that nothing is waited for.
+bool hasData(const TileSource& source, NearestTiles& tiles, const tiling::Tiling& tiling, int level,
+             const geo::Direction& place) {
+  const tiling::TileId id = tiling.tileAt(place, level);
+  if (const auto told = source.presence(id)) return told->stored;
+  const auto nearest = tiles.find(id);
+  return nearest && nearest->tile && hasHeightAt(*nearest->tile, id.ancestor(nearest->level), tiling, place);
 }
 
 /// The heights for one derived tile: for each of the elevation tiles that it has the pixels of, the deepest that is
@@ -42,12 +64,15 @@ struct Ground {
 
 class DerivedTiles final : public TileSource {
  public:
-  DerivedTiles(std::vector<Source> heights, HeightColours colours)
-      : heights_(std::move(heights)),
+  DerivedTiles(const std::vector<DerivedHeights>& heights, HeightColours colours)
+      : heights_(sourcesOf(heights)),
+        seams_(heights.size()),
         colours_(std::move(colours)),
         tiling_(heights_.front()->info().scheme),
         cells_(heights_.front()->info().tileCells),
         deeper_(std::countr_zero(static_cast<unsigned>(kImageryPixels / cells_))) {
+    for (std::size_t i = 0; i < heights.size(); ++i)
+      seams_[i].seam_m = heights[i].seam_m;
     info_ = heights_.front()->info();
     info_.kind = Kind::imagery;
     info_.tileCells = kImageryPixels;
@@ -192,12 +217,39 @@ class DerivedTiles final : public TileSource {
                                              const std::vector<NearestTiles::Found>& found) const {
     const int side = sideOf(Kind::elevation, cells_);
     Raster<float> heights(side, side, kNoData);
-    for (const NearestTiles::Found& f : found) {
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const NearestTiles::Found& f = found[i];
       if (!f.tile) continue;
       const Raster<float>& samples = samplesOf(*f.tile);
-      layOver(heights, f.level == id.level ? samples : enlargedHeights(samples, id.ancestor(f.level), id));
+      const Seam* seam = seamOf(i);
+      layOver(heights, f.level == id.level ? samples : enlargedHeights(samples, id.ancestor(f.level), id),
+              [&](int column, int row) {
+                const auto place =
+                    seam != nullptr ? placeOf(tiling_, id, Kind::elevation, cells_, column, row) : std::nullopt;
+                return place ? seam->weight(*place) : 1.0;
+              });
     }
     return std::make_shared<const HeightBlock>(tiling_, info_.body.ellipsoid, id, std::move(heights));
+  }
+
+  static std::vector<Source> sourcesOf(const std::vector<DerivedHeights>& heights) {
+    std::vector<Source> sources;
+    for (const DerivedHeights& each : heights)
+      sources.push_back(each.source);
+    return sources;
+  }
+
+  /// Null: it ends with a step, or nothing lies below it.
+  const Seam* seamOf(std::size_t source) const {
+    if (source == 0) return nullptr;
+    LateSeam& late = seams_[source];
+    std::call_once(late.made, [&] {
+      NearestTiles tiles(*heights_[source]);
+      late.seam = Seam::of(heights_[source]->info(), late.seam_m, [&](int level, const geo::Direction& place) {
+        return hasData(*heights_[source], tiles, tiling_, level, place);
+      });
+    });
+    return late.seam.get();
   }
 
   Rgba8 pixel(const Ground& ground, const tiling::TileId& id, int column, int row) const {
@@ -234,7 +286,14 @@ class DerivedTiles final : public TileSource {
     return {.east = geo::dot(gradient, east), .north = geo::dot(gradient, geo::cross(place.n, east))};
   }
 
+  struct LateSeam {
+    std::optional<double> seam_m;
+    std::once_flag made;
+    std::shared_ptr<const Seam> seam;
+  };
+
   std::vector<Source> heights_;
+  mutable std::vector<LateSeam> seams_;  ///< a source each
   HeightColours colours_;
   tiling::Tiling tiling_;
   int cells_;
@@ -263,14 +322,14 @@ std::optional<std::string> misfit(const TileSourceInfo& info, const TileSourceIn
 
 }  // namespace
 
-io::Result<std::shared_ptr<const TileSource>> derivedTileSource(std::vector<std::shared_ptr<const TileSource>> heights,
+io::Result<std::shared_ptr<const TileSource>> derivedTileSource(const std::vector<DerivedHeights>& heights,
                                                                 HeightColours colours) {
   if (heights.empty()) return io::fail(io::Failure::Code::invalidArgument, "there are no heights to make colours of");
-  for (const Source& source : heights) {
-    if (auto wrong = misfit(source->info(), heights.front()->info()))
-      return io::fail(io::Failure::Code::invalidArgument, std::move(*wrong), source->info().name);
+  for (const DerivedHeights& each : heights) {
+    if (auto wrong = misfit(each.source->info(), heights.front().source->info()))
+      return io::fail(io::Failure::Code::invalidArgument, std::move(*wrong), each.source->info().name);
   }
-  return std::make_shared<const DerivedTiles>(std::move(heights), std::move(colours));
+  return std::make_shared<const DerivedTiles>(heights, std::move(colours));
 }
 
 }  // namespace tellurion::raster

@@ -28,6 +28,7 @@ class Hills final : public TileSource {
     info_ = {.name = "hills", .kind = Kind::elevation, .scheme = scheme, .maxLevel = maxLevel};
   }
 
+  void setBounds(const geo::GeoRect& bounds) { info_.bounds = bounds; }
   double heightAt(const geo::Direction& d) const {
     const double f = frequency_;
     return 60000.0 / f * (std::sin(f * d.n.x + 1.0) * std::cos(f * d.n.y) + std::sin(0.7 * f * d.n.z + 0.3)) + lift_m;
@@ -105,7 +106,10 @@ class Hills final : public TileSource {
 
 std::shared_ptr<const TileSource> derived(std::vector<std::shared_ptr<const TileSource>> heights,
                                           HeightColours colours) {
-  auto made = derivedTileSource(std::move(heights), std::move(colours));
+  std::vector<DerivedHeights> each;
+  for (auto& source : heights)
+    each.push_back({.source = std::move(source)});
+  auto made = derivedTileSource(each, std::move(colours));
   EXPECT_TRUE(made) << io::describe(made.error());
   return *made;
 }
@@ -381,6 +385,42 @@ TEST(DerivedTiles, PartsThatAreReadyAtOnceDoNotCallFromWithin) {
   EXPECT_EQ(source->prepare({.level = 2, .root = 0}, 1.0, [] { FAIL(); }), nullptr);
 }
 
+/// 20 km over the ground and half a degree round: without a seam its edge is a wall of one pixel.
+TEST(DerivedTiles, ALocalModelEndsInASeamAsTheGroundDoes) {
+  const tiling::Tiling tiling(tiling::Scheme::cube);
+  const geo::Direction middle = geo::directionFromDegrees(46, 8);
+  constexpr double kRadius_degrees = 0.5;
+  constexpr int kDepth = 9;
+  const auto below = std::make_shared<Hills>(tiling::Scheme::cube, kDepth);
+  for (const bool tells : {false, true}) {
+    const auto above = std::make_shared<Hills>(tiling::Scheme::cube, kDepth);
+    above->lift_m = 20000.0;
+    above->tells = tells;
+    above->setBounds(geo::GeoRect::fromDegrees(45.5, 7.28, 46.5, 8.72));
+    above->hasData = [&](const geo::Direction& d) { return geo::angleBetween(d, middle).degrees() < kRadius_degrees; };
+    above->stored = [&](const tiling::TileId& id) {
+      const auto cap = tiling.cap(id);
+      return geo::angleBetween(cap.centre, middle).degrees() < kRadius_degrees + cap.radius.degrees();
+    };
+    std::array<int, 2> steepest{};
+    for (const bool hasSeam : {false, true}) {
+      const auto source = derivedTileSource({{below}, {above, hasSeam ? 20e3 : 0.0}}, greyBetween(-2500.0, 22500.0));
+      ASSERT_TRUE(source) << io::describe(source.error());
+      for (int i = 0; i < 8; ++i) {  // from the middle across the border to the east
+        const auto pixels = pixelsOf(**source, tiling.tileAt(geo::directionFromDegrees(46, 8.0 + 0.1 * i), kDepth - 2));
+        for (int column = 1; column < pixels.width; ++column) {
+          const int step = std::abs(pixels.at(column, 128).r - pixels.at(column - 1, 128).r);
+          steepest[hasSeam ? 1 : 0] = std::max(steepest[hasSeam ? 1 : 0], step);
+        }
+      }
+    }
+    EXPECT_GT(steepest[0], 80) << "of 204, the whole height: a pixel is the mean of its cell's corners";
+    // Who tells what is stored tells it of whole tiles: the seam lies where they end, and the data end inside them.
+    EXPECT_LT(steepest[1], tells ? 60 : 12);
+    EXPECT_GT(steepest[1], 2);
+  }
+}
+
 TEST(DerivedTiles, FailWhenTheirHeightsDo) {
   const auto hills = std::make_shared<Hills>(tiling::Scheme::cube, 3);
   hills->fails = true;
@@ -388,8 +428,8 @@ TEST(DerivedTiles, FailWhenTheirHeightsDo) {
   ASSERT_FALSE(tile);
   EXPECT_EQ(tile.error().message, "is damaged");
   const auto geographic = std::make_shared<Hills>(tiling::Scheme::geographic, 3);
-  EXPECT_FALSE(derivedTileSource({hills, geographic}, Hillshade{}));
-  EXPECT_FALSE(derivedTileSource({derived({geographic}, Hillshade{})}, Hillshade{}));
+  EXPECT_FALSE(derivedTileSource({{hills}, {geographic}}, Hillshade{}));
+  EXPECT_FALSE(derivedTileSource({{derived({geographic}, Hillshade{})}}, Hillshade{}));
   EXPECT_FALSE(derivedTileSource({}, Hillshade{}));
 }
 

@@ -89,6 +89,27 @@ GridLevel levelOf(const DoublingGrid& grid, int level, int imagePixels) {
   return made;
 }
 
+std::vector<GridLevel> overviewLevels(const MapPlane& plane, const DoublingGrid& grid, int imagePixels) {
+  constexpr int kCoarsest = 256;  // pixels around the body
+  std::vector<GridLevel> levels;
+  if (plane.kind == MapPlane::Kind::other) return levels;
+  const int columns = static_cast<int>(grid.columns);
+  const int rows = static_cast<int>(grid.rows);
+  int around = imagePixels * columns;
+  for (int halvings = 1; around > kCoarsest && around % (2 * columns) == 0; ++halvings) {
+    around /= 2;
+    GridLevel level{.left = grid.left,
+                    .top = grid.top,
+                    .pixelWidth = std::ldexp(grid.side / imagePixels, halvings),
+                    .pixelHeight = std::ldexp(grid.side / imagePixels, halvings),
+                    .imageWidth = around,
+                    .imageHeight = around / columns * rows};
+    level.columns = level.endColumn = level.rows = level.endRow = 1;
+    levels.insert(levels.begin(), level);
+  }
+  return levels;
+}
+
 bool limitTo(const PlaneBox& box, GridLevel& level) {
   constexpr double kTouch = 1e-6;  // of an image: an edge that only touches is not inside
   const auto place = [](double distance, double side, std::int64_t count) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "geo/body.h"
 #include "geo/geo_rect.h"
@@ -30,6 +31,11 @@ struct DoublingGrid {
 DoublingGrid doublingGrid(const MapPlane& plane, const PlaneBox& box, const geo::Body& body);
 
 GridLevel levelOf(const DoublingGrid& grid, int level, int imagePixels);
+
+/// Levels coarser than level 0 of a grid of lonLat or webMercator, coarsest first: each one image of the whole plane,
+/// whose pixels double until a turn has no more than 256 of them. Empty: of other planes, and where the images do not
+/// halve.
+std::vector<GridLevel> overviewLevels(const MapPlane& plane, const DoublingGrid& grid, int imagePixels);
 
 /// Narrows first and end of columns and rows to the images that touch the box. False: none is left.
 bool limitTo(const PlaneBox& box, GridLevel& level);

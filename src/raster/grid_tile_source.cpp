@@ -10,6 +10,7 @@
 
 #include "raster/grid_fetch.h"
 #include "raster/grid_sampling.h"
+#include "raster/image_check.h"
 #include "raster/live_tiles.h"
 #include "raster/service_image.h"
 #include "raster/shared_cache.h"
@@ -54,8 +55,9 @@ class Suspects {
   std::unordered_set<GridImageId, GridImageIdHash> ids_;
 };
 
-/// A service, and its requests with a check that what comes is an image: by what its file tells, and of suspects by
-/// decoding it, so that a damaged one is a bad answer of the server's as any other.
+/// A service, and its requests with a check that what comes is an image: by what its file tells (the protocol's own
+/// check, which knows most; else that it is a picture of the right size), and of suspects by decoding it, so that a
+/// damaged one is a bad answer of the server's as any other.
 struct Service {
   GridService service;
   std::shared_ptr<const GridGeometry> geometry;
@@ -67,12 +69,8 @@ struct Service {
     request.check = [own = std::move(request.check), width = level.imageWidth, height = level.imageHeight,
                      kind = service.kind, heights = service.heights, body = service.body,
                      decodes = suspects->contains(id)](const io::Resource& resource) {
-      if (own) {
-        auto sound = own(resource);
-        if (!sound || !*sound) return sound;
-      }
-      auto looked = checkServiceImage(resource, width, height, kind, heights);
-      if (!looked || !decodes) return looked;
+      auto looked = own ? own(resource) : checkImage(resource, {.kind = kind, .width = width, .height = height});
+      if (!looked || !*looked || !decodes) return looked;
       const auto failure = kind == Kind::elevation
                                ? failureOf(decodeServiceHeights(resource, width, height, heights, body))
                                : failureOf(decodeServiceImage(resource, width, height, std::nullopt));
@@ -93,15 +91,15 @@ struct Service {
 template <class T>
 class GridTileSource final : public TileSource {
  public:
-  GridTileSource(Service service, tiling::Scheme scheme, std::shared_ptr<io::Resources> resources,
+  GridTileSource(Service service, tiling::Scheme scheme, const std::shared_ptr<io::Resources>& resources,
                  const GridTileOptions& options)
       : service_(std::make_shared<const Service>(std::move(service))),
         geometry_(service_->geometry),
         tiling_(scheme),
+        resources_(resources),
         cache_(std::make_shared<ImageCache<T>>(options.memoryBytes)),
         fetch_(std::make_shared<GridFetch>(
-            geometry_, [service = service_](const GridImageId& id) { return service->request(id); },
-            std::move(resources),
+            geometry_, [service = service_](const GridImageId& id) { return service->request(id); }, resources,
             [cache = cache_](const GridImageId& id) -> std::optional<std::shared_ptr<const void>> {
               return cache->find(id);
             })) {
@@ -119,6 +117,20 @@ class GridTileSource final : public TileSource {
   }
 
   const TileSourceInfo& info() const override { return info_; }
+
+  std::shared_ptr<const TileSource> overview() const override {
+    constexpr int kMostImages = 2;
+    constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 20;
+    const GridWindow& coarsest = geometry_->window(0);
+    const geo::Angle sample = sampleSpacing(tiling_, 0, info_.tileCells);
+    const bool rootsReadIt = geometry_->fit(sample, tiling_.scheme(), 1.0).level == 0;
+    if (rootsReadIt || coarsest.imageColumns * coarsest.imageRows > kMostImages) return nullptr;
+    GridService service = service_->service;
+    service.levels.resize(1);
+    auto source = gridTileSource(std::move(service), tiling_.scheme(), resources_,
+                                 {.memoryBytes = kMemory_bytes, .tileCells = info_.tileCells});
+    return source ? *source : nullptr;
+  }
 
   std::optional<io::Failure> complaint() const override {
     const std::scoped_lock lock(coarsestMutex_);
@@ -216,6 +228,7 @@ class GridTileSource final : public TileSource {
   std::shared_ptr<const GridGeometry> geometry_;
   tiling::Tiling tiling_;
   TileSourceInfo info_;
+  std::shared_ptr<io::Resources> resources_;
   std::shared_ptr<ImageCache<T>> cache_;
   std::shared_ptr<GridFetch> fetch_;
   mutable std::mutex coarsestMutex_;
@@ -226,16 +239,16 @@ class GridTileSource final : public TileSource {
 }  // namespace
 
 io::Result<std::shared_ptr<const TileSource>> gridTileSource(GridService service, tiling::Scheme scheme,
-                                                             std::shared_ptr<io::Resources> resources,
+                                                             const std::shared_ptr<io::Resources>& resources,
                                                              const GridTileOptions& options) {
   auto geometry = GridGeometry::make(service);
   if (!geometry) return tl::unexpected(std::move(geometry.error()));
   const Kind kind = service.kind;
   Service checked{std::move(service), std::move(*geometry)};
   if (kind == Kind::elevation) {
-    return std::make_shared<const GridTileSource<float>>(std::move(checked), scheme, std::move(resources), options);
+    return std::make_shared<const GridTileSource<float>>(std::move(checked), scheme, resources, options);
   }
-  return std::make_shared<const GridTileSource<Rgba8>>(std::move(checked), scheme, std::move(resources), options);
+  return std::make_shared<const GridTileSource<Rgba8>>(std::move(checked), scheme, resources, options);
 }
 
 }  // namespace tellurion::raster

@@ -23,7 +23,7 @@ struct GridTileOptions {
 ///
 /// Fails when the service's levels make no sense or its plane is not known.
 io::Result<std::shared_ptr<const TileSource>> gridTileSource(GridService service, tiling::Scheme scheme,
-                                                             std::shared_ptr<io::Resources> resources,
+                                                             const std::shared_ptr<io::Resources>& resources,
                                                              const GridTileOptions& options = {});
 
 }  // namespace tellurion::raster

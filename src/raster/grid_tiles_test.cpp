@@ -66,6 +66,35 @@ TEST_P(GridTiles, LonLatIsThePicture) {
   expectPicture(*source, source->info().maxLevel, [](const geo::Direction&) { return true; });
 }
 
+/// Roots are read on level 2; level 0 is two small images, which all roots together are made of.
+TEST_P(GridTiles, AnOverviewIsAllRootsOutOfTheCoarsestLevel) {
+  const ScratchFolder folder;
+  auto service = lonLatService(4, 32);
+  service.kind = Kind::imagery;
+  writeImages(service, folder, [](const GridImageId& id) { return id.level == 0; });
+  const auto overview = sourceOrDie(service, GetParam())->overview();
+  ASSERT_NE(overview, nullptr);
+  EXPECT_EQ(overview->info().maxLevel, 0);
+  double worst = 0.0;
+  for (int root = 0; root < tiling_.rootCount(); ++root) {
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    const auto tile = overview->load(id);
+    ASSERT_TRUE(tile && *tile) << root;
+    EXPECT_EQ((*tile)->childMask, 0);
+    forEachPlace(tiling_, id, Kind::imagery, kCells, [&](int column, int row, const geo::Direction& place) {
+      const Rgba8 p = std::get<ImageryTile>((*tile)->payload).pixels.at(column, row);
+      ASSERT_EQ(p.a, 255);
+      worst = std::max(worst, largestDifference(p, smoothColour(place)));
+    });
+  }
+  EXPECT_LT(worst, 6.0) << "pixels of 5.6 degrees, bilinear";
+  // Where roots are read on the coarsest level themselves there is no cheaper look.
+  auto coarse = lonLatService(3, 64);
+  coarse.kind = Kind::imagery;
+  writeImages(coarse, folder, [](const GridImageId&) { return false; });
+  EXPECT_EQ(sourceOrDie(coarse, GetParam(), {.tileCells = 16})->overview(), nullptr);
+}
+
 TEST_P(GridTiles, MercatorIsThePictureToItsLastLatitude) {
   const ScratchFolder folder;
   auto service = mercatorService(5);

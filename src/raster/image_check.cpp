@@ -35,9 +35,9 @@ io::Result<bool> answerInMarkup(const io::Resource& resource, std::string_view l
     const auto root = parseXml(resource.bytes, {});
     const auto text = root ? serviceExceptionText(*root) : std::nullopt;
     if (text && ready && serviceExceptionCode(*root) == "TileOutOfRange") return false;
-    if (text) return io::fail(Code::ioError, "the server says: " + *text);
+    if (text) return io::fail(Code::ioError, "the server says: " + io::quotedWithoutSecrets(*text));
   }
-  const std::string title = titleOfPage(letters);
+  const std::string title = io::quotedWithoutSecrets(titleOfPage(letters));
   return io::fail(Code::corrupt, title.empty() ? std::string("a document came instead of an image")
                                                : fmt::format("a page came instead of an image: '{}'", title));
 }
@@ -80,7 +80,8 @@ io::Result<bool> checkImage(const io::Resource& resource, const ExpectedImage& e
   const std::size_t first = letters.find_first_not_of("\xEF\xBB\xBF \t\r\n");
   if (first != letters.npos && letters[first] == '<') return answerInMarkup(resource, letters, expected.ready);
   if (first != letters.npos && letters[first] == '{')
-    return io::fail(Code::ioError, "the server says: " + onOneLine(letters.substr(first, kLongestComplaint)));
+    return io::fail(Code::ioError, "the server says: " +
+                                       io::quotedWithoutSecrets(onOneLine(letters.substr(first, kLongestComplaint))));
   if (expected.rawSampleBytes > 0 && !pictureFormatOf(resource.bytes)) {
     return io::fail(Code::corrupt,
                     fmt::format("raw heights of {} bytes came, not the {} of {} x {} samples; zipped "

@@ -99,5 +99,17 @@ TEST(ImageCheck, WhatIsQuotedIsShortAndOnOneLine) {
   }
 }
 
+TEST(ImageCheck, WhatAServerQuotesOfTheRequestIsNotTold) {
+  for (const char* said :
+       {"<html><title>No http://me:word@h/wms?token=abc123</title></html>", "{\"error\": \"token=abc123\"}",
+        "<ServiceExceptionReport><ServiceException>/wms?layers=a&amp;token=abc123 is refused"
+        "</ServiceException></ServiceExceptionReport>"}) {
+    const std::string told = outcome(resourceOf(said, "text/html"), kTile);
+    EXPECT_EQ(told.find("abc123"), told.npos) << told;
+    EXPECT_EQ(told.find("word"), told.npos) << told;
+    EXPECT_NE(told.find("token=***"), told.npos) << told;
+  }
+}
+
 }  // namespace
 }  // namespace tellurion::raster

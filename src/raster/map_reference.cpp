@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "geo/angle.h"
+#include "raster/parse_number.h"
 #include "raster/service_url.h"
 
 namespace tellurion::raster {
@@ -98,6 +99,22 @@ std::string referenceName(std::string_view crs) {
   const std::size_t colon = all.find(':');
   if (colon == all.npos) return all == "CRS84" || all == "WGS84" ? "CRS:84" : name;
   return commonName(all.substr(0, colon), all.substr(colon + 1));
+}
+
+std::optional<geo::Body> bodyOfReferences(std::span<const std::string> references) {
+  std::optional<geo::Body> body;
+  for (const std::string& crs : references) {
+    const std::string name = referenceName(crs);
+    if (!name.starts_with("IAU")) continue;
+    // A hundred codes for each body of NAIF's numbers.
+    const auto code = parseNumber<int>(lastPart(name, ':'));
+    if (!code) continue;
+    const int number = *code / 100;
+    const auto named = geo::bodyByName(number == 399 ? "earth" : number == 301 ? "moon" : number == 499 ? "mars" : "");
+    if (!named || (body && !(*body == *named))) return std::nullopt;
+    body = named;
+  }
+  return body;
 }
 
 io::Result<MapReference> mapReference(std::string_view crs, const geo::Body& body) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -8,6 +10,9 @@
 #include "raster/image_grid.h"
 
 namespace tellurion::raster {
+
+/// A pixel of the standards' scale denominators.
+inline constexpr double kStandardPixel_m = 0.00028;
 
 /// A coordinate reference system as map servers use it.
 struct MapReference {
@@ -22,6 +27,10 @@ struct MapReference {
 /// "urn:ogc:def:crs:EPSG:6.18:3:3857", "http://www.opengis.net/def/crs/EPSG/0/3857", "epsg:900913" -> "EPSG:3857";
 /// "urn:ogc:def:crs:OGC:1.3:CRS84", "OGC:CRS84" -> "CRS:84". What is not known stays, in capitals.
 std::string referenceName(std::string_view crs);
+
+/// The body that references of the IAU are of (IAU_2015:49900: Mars), when all of them that are in the list are of one,
+/// and it is known by name (geo::bodyByName); others say nothing of a body.
+std::optional<geo::Body> bodyOfReferences(std::span<const std::string> references);
 
 /// What the name of a reference means on a body; PROJ knows all but the commonest. Longitude and latitude are the
 /// body's own, whatever body the code was made for. Fails (unsupported) where PROJ does not know it or it has no plane.

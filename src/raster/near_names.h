@@ -8,6 +8,15 @@
 
 namespace tellurion::raster {
 
+/// Of all that have one.
+template <class Named>
+std::vector<std::string> namesOf(const std::vector<Named>& all) {
+  std::vector<std::string> names;
+  for (const Named& one : all)
+    if (!one.name.empty()) names.push_back(one.name);
+  return names;
+}
+
 /// How many letters to add, take away or exchange to make one word of the other, capitals counted as small letters.
 std::size_t editDistance(std::string_view a, std::string_view b);
 

@@ -9,13 +9,18 @@
 /// Numbers in documents: a point for decimals whatever the locale.
 namespace tellurion::raster {
 
+/// Without the white space around it.
+inline std::string_view trimmed(std::string_view text) {
+  constexpr const char* kSpace = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kSpace);
+  return first == text.npos ? std::string_view{} : text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
 /// The whole text, white space around it aside. Nothing: no number, not finite, or out of T's range.
 template <class T>
 std::optional<T> parseNumber(std::string_view text) {
-  constexpr const char* kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == text.npos) return std::nullopt;
-  text = text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+  text = trimmed(text);
+  if (text.empty()) return std::nullopt;
   if (text.starts_with('+')) text.remove_prefix(1);
   T value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

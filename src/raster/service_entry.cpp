@@ -121,7 +121,7 @@ io::ResourceRequest imageRequest(std::string url, const std::string& dataset, co
   request.url = std::move(url);
   request.dataset = dataset;
   const std::uint64_t pixels = static_cast<std::uint64_t>(expected.width) * static_cast<std::uint64_t>(expected.height);
-  request.maxBytes = std::min(pixels * kMostBytesAPixel + kMostBesides, kMostBytes);
+  request.maxBytes = std::min(std::min(pixels, kMostBytes) * kMostBytesAPixel + kMostBesides, kMostBytes);
   request.check = [expected](const io::Resource& resource) { return checkImage(resource, expected); };
   return request;
 }

@@ -21,10 +21,6 @@ namespace {
 using Code = io::Failure::Code;
 constexpr int kSide = PixelStore<float>::kSide;
 
-std::string_view textOf(const io::Resource& resource) {
-  return {reinterpret_cast<const char*>(resource.bytes.data()), resource.bytes.size()};
-}
-
 bool isA(PictureFormat format, const io::Resource& resource) {
   return pictureFormatOf(resource.bytes) == format;
 }
@@ -172,22 +168,6 @@ HeightScale scaleOf(HeightEncoding::Kind kind, const geo::Body& body) {
   return {1.0, 0.0, body};
 }
 
-io::Failure notAnImage(const io::Resource& resource) {
-  std::string start(textOf(resource).substr(0, 60));
-  std::ranges::replace_if(
-      start, [](char c) { return c < ' ' || c > '~'; }, '.');
-  return {Code::corrupt,
-          fmt::format("no image came but {} bytes of {}: \"{}\"", resource.bytes.size(),
-                      resource.contentType.empty() ? "an unstated type" : resource.contentType, start),
-          {}};
-}
-
-io::Result<bool> checkSize(int foundWidth, int foundHeight, int width, int height) {
-  if (foundWidth == width && foundHeight == height) return true;
-  return io::fail(Code::corrupt, fmt::format("the image has {} x {} pixels where {} x {} were expected", foundWidth,
-                                             foundHeight, width, height));
-}
-
 }  // namespace
 
 io::Result<Raster<Rgba8>> decodeServiceImage(const io::Resource& resource, int width, int height,
@@ -220,19 +200,6 @@ io::Result<Raster<float>> decodeServiceHeights(const io::Resource& resource, int
     if (p.a != 0 && number != encoding.nodata) heights.samples[i] = scale(number);
   }
   return heights;
-}
-
-io::Result<bool> checkServiceImage(const io::Resource& resource, int width, int height, Kind kind,
-                                   const HeightEncoding& encoding) {
-  if (pictureFormatOf(resource.bytes)) {
-    const auto size = sizeOfWholePicture(resource.bytes);
-    if (!size) return tl::unexpected(size.error());
-    return checkSize(size->width, size->height, width, height);
-  }
-  if (kind == Kind::elevation && encoding.kind == HeightEncoding::Kind::band && isRaw(resource, width, height)) {
-    return true;
-  }
-  return tl::unexpected(notAnImage(resource));
 }
 
 }  // namespace tellurion::raster

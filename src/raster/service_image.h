@@ -22,9 +22,4 @@ io::Result<Raster<Rgba8>> decodeServiceImage(const io::Resource& resource, int w
 io::Result<Raster<float>> decodeServiceHeights(const io::Resource& resource, int width, int height,
                                                const HeightEncoding& encoding, const geo::Body& body);
 
-/// Whether bytes look like a whole image of a size: first and last bytes, no pixel is decoded. Made for
-/// io::ResourceRequest::check. A failure tells what came instead.
-io::Result<bool> checkServiceImage(const io::Resource& resource, int width, int height, Kind kind,
-                                   const HeightEncoding& encoding);
-
 }  // namespace tellurion::raster

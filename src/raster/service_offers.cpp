@@ -52,7 +52,7 @@ void setReferences(const Names& offered, LayerOffer& layer) {
 }
 
 template <class T>
-Names namesOf(const std::vector<T>& all) {
+Names shortNamesOf(const std::vector<T>& all) {
   Names names;
   for (const T& one : all)
     if (one.name.size() <= kLongestName) names.push_back(one.name);
@@ -141,7 +141,7 @@ std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
     ownReferences = joined(std::move(ownReferences), outer.crs);
     std::ranges::stable_sort(ownReferences, {}, rankOf);
     offer.crs = firstOf(ownReferences, kMostListed);
-    const Names ownStyles = namesOf(layer.styles);
+    const Names ownStyles = shortNamesOf(layer.styles);
     styles.enter(layer.depth, ownStyles);
     offer.styleCount = styles.count();
     offer.styles = firstOf(joined(ownStyles, outer.styles), kMostStyles);
@@ -176,7 +176,7 @@ LayerOffer offerOf(const WmtsCapabilities& capabilities, const References& sets,
   }
   setReferences(references, offer);
   offer.formats = shortOnes(layer.formats);
-  const Names styles = namesOf(layer.styles);
+  const Names styles = shortNamesOf(layer.styles);
   offer.styleCount = styles.size();
   offer.styles = firstOf(styles, kMostStyles);
   if (const WmtsDimension* time = layer.dimension("time")) {

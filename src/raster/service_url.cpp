@@ -101,6 +101,7 @@ std::string percentDecoded(std::string_view text) {
 }
 
 std::string withQuery(std::string_view base, const QueryItems& items) {
+  if (base.size() > io::kLongestUrl) return std::string(base);
   const UrlParts parts = partsOf(base);
   std::string url(parts.beforeQuery);
   char separator = '?';
@@ -145,6 +146,7 @@ std::string fileUrl(const std::string& path) {
 }
 
 std::string withCredentialsOf(std::string_view source, std::string_view url) {
+  if (std::max(source.size(), url.size()) > io::kLongestUrl) return std::string(url);
   const Authority mine = authorityOf(source);
   const Authority theirs = authorityOf(url);
   if (mine.host.empty() || lowered(mine.host) != lowered(theirs.host)) return std::string(url);

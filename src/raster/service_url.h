@@ -15,6 +15,7 @@ using QueryItems = std::vector<std::pair<std::string, std::string>>;
 
 /// `base` with the items as its query. What the base's own query already says stays (map=..., a token), but for keys of
 /// `items`, which are replaced whatever their case. Values are percent-encoded, except for , : / which servers expect.
+/// A base longer than io::kLongestUrl stays as it is: nothing is asked for there, and it may be megabytes long.
 std::string withQuery(std::string_view base, const QueryItems& items);
 
 /// The value of a key of the query, decoded, the key in any case; nothing: it is not there.
@@ -30,7 +31,7 @@ using io::withoutSecrets;
 
 /// `url`, which a document of `source` names, with what `source` needs to be let in: user and password, keys and tokens
 /// of its query. Only to the same host, by the same
-/// protocol or by https; another one is told nothing.
+/// protocol or by https; another one is told nothing. Likewise for URLs longer than io::kLongestUrl.
 std::string withCredentialsOf(std::string_view source, std::string_view url);
 
 /// The path of file://... or of what is no URL at all; nothing: it is somewhere else.

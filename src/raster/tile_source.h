@@ -67,6 +67,9 @@ class TileSource {
   }
   /// Nothing: there is no such tile (not the same as one without data). May block on disk or network.
   virtual io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const = 0;
+  /// Its roots alone, coarser and out of far fewer bytes, for the time until load() can have them; null: there is no
+  /// cheaper look than the roots themselves. Not for more than a first look: no other tile has anything to do with it.
+  virtual std::shared_ptr<const TileSource> overview() const { return nullptr; }
   /// What is wrong with the source as a whole, as far as its answers tell, though no tile of it has failed.
   virtual std::optional<io::Failure> complaint() const { return std::nullopt; }
 };

@@ -11,14 +11,10 @@
 #include <numeric>
 #include <tuple>
 
+#include "raster/parse_number.h"
+
 namespace tellurion::raster {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  constexpr const char* kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  return first == text.npos ? std::string_view{} : text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
 
 /// Takes a number of exactly `digits` digits off the front.
 bool takeNumber(std::string_view& text, std::size_t digits, int& value) {

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "raster/map_reference.h"
 #include "raster/parse_number.h"
 #include "raster/service_exception.h"
 #include "raster/service_url.h"
@@ -16,7 +17,6 @@
 namespace tellurion::raster {
 namespace {
 
-constexpr double kStandardPixel_m = 0.00028;
 constexpr std::size_t kMostLayers = 20'000;
 constexpr std::size_t kMostParts = 8'192;    // of one layer
 constexpr std::size_t kMostDimensions = 64;  // of one layer; each is looked for among all

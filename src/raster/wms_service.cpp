@@ -18,8 +18,7 @@ namespace {
 using Code = io::Failure::Code;
 
 constexpr int kImagePixels = 512;
-constexpr int kFinestLevel = 22;  // a pixel of 9 mm on the Earth
-constexpr double kStandardPixel_m = 0.00028;
+constexpr int kFinestLevel = 22;   // a pixel of 9 mm on the Earth
 constexpr int kMostPixels = 4096;  // a side
 
 std::vector<std::string> partsOf(std::string_view list) {
@@ -30,13 +29,6 @@ std::vector<std::string> partsOf(std::string_view list) {
     if (comma == list.npos) return parts;
     list = list.substr(comma + 1);
   }
-}
-
-std::vector<std::string> namesOf(const WmsCapabilities& capabilities) {
-  std::vector<std::string> names;
-  for (const WmsLayer& layer : capabilities.layers)
-    if (!layer.name.empty()) names.push_back(layer.name);
-  return names;
 }
 
 /// What is drawn: one layer, or several as if they were one.
@@ -60,7 +52,7 @@ void unite(const WmsLayer& other, WmsLayer& merged) {
 }
 
 io::Result<Drawn> findLayers(const WmsCapabilities& capabilities, const std::string& wanted) {
-  const std::vector<std::string> names = namesOf(capabilities);
+  const std::vector<std::string> names = namesOf(capabilities.layers);
   if (wanted.empty() && names.size() != 1)
     return io::fail(Code::invalidArgument, "name a layer (layer)" + whatElseThereIs("", names));
   Drawn drawn;
@@ -87,9 +79,7 @@ io::Result<std::string> stylesFor(const Drawn& drawn, const std::string& wanted)
   std::vector<std::string> styles = wanted.empty() ? std::vector<std::string>{} : partsOf(wanted);
   styles.resize(drawn.each.size());
   for (std::size_t i = 0; i < styles.size(); ++i) {
-    std::vector<std::string> names;
-    for (const WmsStyle& style : drawn.each[i].styles)
-      names.push_back(style.name);
+    const std::vector<std::string> names = namesOf(drawn.each[i].styles);
     const bool isDefault = styles[i].empty() || styles[i] == "default";  // 1.1.1 and 1.3.0: '' is the default style
     if (isDefault || std::ranges::find(names, styles[i]) != names.end()) continue;
     return io::fail(Code::notFound, fmt::format("layer '{}' has no style '{}'{}", drawn.each[i].name, styles[i],
@@ -221,7 +211,15 @@ GridLevel wholeLevel(const PlaneBox& box, const ImagePixels& pixels) {
   return level;
 }
 
-/// The levels that the scale limits allow and the box touches.
+/// Whether a layer says that it covers so much of the body that one small map of all of it is worth a request.
+bool isWide(const WmsLayer& layer) {
+  if (!layer.lonLatBox_degrees) return false;
+  const auto& [west, south, east, north] = *layer.lonLatBox_degrees;
+  return east - west >= 90.0 && north - south >= 45.0;
+}
+
+/// The levels that the scale limits allow and the box touches. Before those of the grid come coarser ones, each one
+/// small map of everything, so that there is something to see before the first full images have come.
 std::vector<GridLevel> levelsFor(const WmsLayer& layer, const ServiceLayer& entry, const ChosenReference& chosen,
                                  const DoublingGrid& grid, const PlaneBox& box, const ImagePixels& pixels) {
   constexpr double kSlack = 1.0 + 1e-6;
@@ -229,6 +227,8 @@ std::vector<GridLevel> levelsFor(const WmsLayer& layer, const ServiceLayer& entr
     return denominator * kStandardPixel_m / chosen.reference.metresPerUnit * chosen.reference.planePerUnit;
   };
   std::vector<GridLevel> levels;
+  if (!entry.minLevel && isWide(layer) && layer.fixedWidth == 0 && layer.fixedHeight == 0 && !layer.maxScaleDenominator)
+    levels = overviewLevels(chosen.reference.plane, grid, pixels.width);
   for (int i = entry.minLevel.value_or(0); i <= entry.maxLevel.value_or(kFinestLevel); ++i) {
     GridLevel level = levelOf(grid, i, pixels.width);
     level.pixelHeight *= static_cast<double>(pixels.width) / pixels.height;
@@ -253,13 +253,13 @@ std::string plainNumber(double value) {
 
 /// Everything that a request needs but the image's place.
 struct Plan {
-  std::string url;  ///< with all but BBOX
+  std::vector<std::string> urls;  ///< of each level, with all but BBOX
   std::string dataset;
   std::vector<GridLevel> levels;
   bool northFirst = false;
   double unitsPerPlane = 1.0;
   std::optional<PlaneBox> whole;  ///< all that is ever asked for
-  ExpectedImage expected;
+  ExpectedImage expected;         ///< but for its size, which is the level's
 };
 
 io::ResourceRequest requestFor(const Plan& plan, const GridImageId& id) {
@@ -280,7 +280,10 @@ io::ResourceRequest requestFor(const Plan& plan, const GridImageId& id) {
   const std::string bottom = plan.whole ? edge(plan.whole->bottom) : y(id.row + 1);
   const std::string box = plan.northFirst ? fmt::format("{},{},{},{}", bottom, left, top, right)
                                           : fmt::format("{},{},{},{}", left, bottom, right, top);
-  return imageRequest(plan.url + "&BBOX=" + box, plan.dataset, plan.expected);
+  ExpectedImage expected = plan.expected;
+  expected.width = level.imageWidth;
+  expected.height = level.imageHeight;
+  return imageRequest(plan.urls[static_cast<std::size_t>(id.level)] + "&BBOX=" + box, plan.dataset, expected);
 }
 
 QueryItems fixedItems(const std::string& version, const std::string& layers, const std::string& styles,
@@ -361,9 +364,12 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
                                                    "min_level, max_level",
                                                    drawn->layers));
   }
-  QueryItems items = fixedItems(*version, drawn->layers, *styles, chosen->asWritten, pixels, *format, kind);
-  items.insert(items.end(), dimensions->begin(), dimensions->end());
-  plan.url = withQuery(withCredentialsOf(source, advertised), items);
+  for (const GridLevel& level : plan.levels) {
+    QueryItems items = fixedItems(*version, drawn->layers, *styles, chosen->asWritten,
+                                  {level.imageWidth, level.imageHeight}, *format, kind);
+    items.insert(items.end(), dimensions->begin(), dimensions->end());
+    plan.urls.push_back(withQuery(withCredentialsOf(source, advertised), items));
+  }
   plan.dataset = service.name;
   plan.unitsPerPlane = 1.0 / chosen->reference.planePerUnit;
   plan.expected = {kind, pixels.width, pixels.height, rawSampleBytes(*format), false};

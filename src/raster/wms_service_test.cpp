@@ -96,10 +96,12 @@ TEST(WmsService, EveryUserAsksForTheSameImages) {
         west, east, south, north);
     const auto service = served(document("1.3.0", layerA(box, "<CRS>CRS:84</CRS>")), entryOf("a"));
     ASSERT_TRUE(service) << refusalOf(service);
+    const int before = static_cast<int>(service->levels.size()) - 23;  // small maps of everything
+    EXPECT_EQ(before, east - west >= 90.0 && north - south >= 45.0 ? 2 : 0);
     for (int level : {0, 3, 9, 22}) {
-      const GridLevel& grid = service->levels[static_cast<std::size_t>(level)];
-      const auto first = boxOf(urlOf(*service, level, grid.firstColumn, grid.firstRow));
-      const auto last = boxOf(urlOf(*service, level, grid.endColumn - 1, grid.endRow - 1));
+      const GridLevel& grid = service->levels[static_cast<std::size_t>(before + level)];
+      const auto first = boxOf(urlOf(*service, before + level, grid.firstColumn, grid.firstRow));
+      const auto last = boxOf(urlOf(*service, before + level, grid.endColumn - 1, grid.endRow - 1));
       ASSERT_EQ(first.size(), 4u);
       const double side = 180.0 / std::exp2(level);
       EXPECT_EQ(std::remainder(first[0], side), 0.0) << "multiples of the side, whatever the layer's box";
@@ -112,7 +114,54 @@ TEST(WmsService, EveryUserAsksForTheSameImages) {
       EXPECT_GT(first[2], west - slack) << "and no image that the layer does not touch";
       EXPECT_LT(last[0], east + slack);
     }
-    EXPECT_EQ(service->levels.size(), 23u);
+  }
+}
+
+std::string boxed(double west, double south, double east, double north) {
+  return fmt::format(
+      "<EX_GeographicBoundingBox><westBoundLongitude>{}</westBoundLongitude><eastBoundLongitude>{}</eastBoundLongitude>"
+      "<southBoundLatitude>{}</southBoundLatitude><northBoundLatitude>{}</northBoundLatitude>"
+      "</EX_GeographicBoundingBox>",
+      west, east, south, north);
+}
+
+TEST(WmsService, AWideLayerBeginsWithSmallMapsOfEverything) {
+  for (const char* crs : {"CRS:84", "EPSG:3857"}) {
+    const bool isSquare = std::string(crs) == "EPSG:3857";
+    const std::string reference = fmt::format("<CRS>{}</CRS>", crs);
+    const auto wide = served(document("1.3.0", layerA(boxed(-180, -80, 180, 80), reference)), entryOf("a"));
+    ASSERT_TRUE(wide) << refusalOf(wide);
+    expectSoundGrid(*wide);
+    const std::string first = urlOf(*wide, 0, 0, 0);
+    EXPECT_EQ(queryValue(first, "WIDTH"), "256");
+    EXPECT_EQ(queryValue(first, "HEIGHT"), isSquare ? "256" : "128");
+    const auto box = boxOf(first);
+    ASSERT_EQ(box.size(), 4u);
+    const double half = isSquare ? 20037508.342789244 : 180.0;
+    EXPECT_NEAR(box[0], -half, 1e-6);
+    EXPECT_NEAR(box[2], half, 1e-6);
+    EXPECT_NEAR(box[3], isSquare ? half : 90.0, 1e-6);
+    // From level to level pixels halve, also where the grid that all share begins.
+    for (std::size_t i = 1; i < wide->levels.size(); ++i)
+      EXPECT_EQ(wide->levels[i].pixelWidth, 0.5 * wide->levels[i - 1].pixelWidth);
+    const int shared = isSquare ? 1 : 2;
+    EXPECT_EQ(queryValue(urlOf(*wide, shared, 0, 0), "WIDTH"), "512");
+    EXPECT_EQ(wide->levels[static_cast<std::size_t>(shared)].columns, isSquare ? 1 : 2);
+    // Where it would not be worth its request, or not be given.
+    EXPECT_EQ(
+        queryValue(urlOf(*served(document("1.3.0", layerA(boxed(5, 45, 11, 48), reference)), entryOf("a")), 0, 0, 0),
+                   "WIDTH"),
+        "512");
+    for (const char* limit : {"<MaxScaleDenominator>1e8</MaxScaleDenominator>"}) {
+      const auto limited =
+          served(document("1.3.0", layerA(boxed(-180, -80, 180, 80) + limit, reference)), entryOf("a"));
+      ASSERT_TRUE(limited) << refusalOf(limited);
+      EXPECT_EQ(limited->levels.front().imageWidth, 512);
+    }
+    ServiceLayer entry = entryOf("a");
+    entry.minLevel = 0;
+    const auto counted = served(document("1.3.0", layerA(boxed(-180, -80, 180, 80), reference)), entry);
+    EXPECT_EQ(counted->levels.front().imageWidth, 512) << "min_level counts those of the grid";
   }
 }
 

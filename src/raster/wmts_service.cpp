@@ -20,14 +20,6 @@ namespace {
 
 using Code = io::Failure::Code;
 
-template <class T>
-std::vector<std::string> namesOf(const std::vector<T>& all) {
-  std::vector<std::string> names;
-  for (const T& one : all)
-    names.push_back(one.name);
-  return names;
-}
-
 io::Result<const WmtsLayer*> findLayer(const WmtsCapabilities& capabilities, const std::string& wanted) {
   if (wanted.empty() && capabilities.layers.size() == 1) return capabilities.layers.data();
   const std::vector<std::string> names = namesOf(capabilities.layers);
@@ -127,7 +119,6 @@ std::array<double, 2> cornerOf(const WmtsMatrix& matrix, const MapReference& ref
 }
 
 GridLevel levelOf(const WmtsMatrix& matrix, const MapReference& reference) {
-  constexpr double kStandardPixel_m = 0.00028;
   const std::array<double, 2> corner = cornerOf(matrix, reference);
   GridLevel level;
   level.left = corner[0];

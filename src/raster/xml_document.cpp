@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <pugixml.hpp>
 
+#include "raster/parse_number.h"
+
 namespace tellurion::raster {
 namespace {
 
@@ -14,13 +16,6 @@ constexpr std::ptrdiff_t kMostParts = 1'000'000;
 std::string_view localName(std::string_view name) {
   const std::size_t colon = name.rfind(':');
   return colon == name.npos ? name : name.substr(colon + 1);
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr const char* kSpace = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
 /// False: deeper than allowed.

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "raster/parse_number.h"
+
 namespace tellurion::scene {
 namespace {
 
@@ -16,14 +18,8 @@ constexpr double kFarthest_m = 1e13;
 /// The sine of the angle from the vertical under which heading is read from the picture's upper edge.
 constexpr double kVertical = 1e-14;
 
-std::string_view trimmed(std::string_view s) {
-  const auto first = s.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return s.substr(first, s.find_last_not_of(" \t\r") - first + 1);
-}
-
 std::optional<double> numberFrom(std::string_view text) {
-  text = trimmed(text);
+  text = raster::trimmed(text);
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -68,10 +68,12 @@ struct Part {
 };
 
 /// What a root shows until its tile is here.
-Part standInOf(LayerTiles& set, const tiling::TileId& id) {
+Part standInOf(const ColourLayers::Layer& layer, LayerTiles& set, const tiling::TileId& id) {
   Part part{.level = set.storedLevel(id), .nativeLevel = set.info().maxLevel};
   if (part.level < 0) return part;
   part.tile = set.tellsPresence() ? set.kept(id) : set.held(id);
+  const auto overview = std::ranges::find(layer.overviews, &set, &ColourLayers::Layer::Overview::of);
+  if (!part.tile && overview != layer.overviews.end()) part.tile = overview->tiles->get(id);
   return part;
 }
 
@@ -181,7 +183,9 @@ std::vector<LayerPicture> ColourLayers::pictures(const tiling::TileId& id, std::
 std::vector<LayerPicture> ColourLayers::standIns(const tiling::TileId& id) const {
   std::vector<LayerPicture> out;
   for (const Layer& layer : layers_)
-    out.push_back(pictureOf(layer, compress_, id, nullptr, standInOf));
+    out.push_back(pictureOf(layer, compress_, id, nullptr, [&layer](LayerTiles& set, const tiling::TileId& root) {
+      return standInOf(layer, set, root);
+    }));
   return out;
 }
 

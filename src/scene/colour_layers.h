@@ -27,6 +27,13 @@ class ColourLayers {
     /// Its data sets: at each sample the finest that has data counts, of equally fine ones the later. None: it does not
     /// take part yet.
     std::vector<std::shared_ptr<LayerTiles>> sets;
+    /// What roots of a set show until theirs is here: TileSource::overview, loadable without waiting. Of sets that have
+    /// one.
+    struct Overview {
+      const LayerTiles* of = nullptr;
+      std::shared_ptr<LayerTiles> tiles;
+    };
+    std::vector<Overview> overviews;
     int pixels = raster::kImageryPixels;  ///< a side of a tile, without gutter, of all its data sets
     bool nightLights = false;             ///< pictures are black, their coverage the strength of the lights
     std::shared_ptr<CurrentStep> step;    ///< of a layer that follows the clock, in place of sets; else null
@@ -37,7 +44,8 @@ class ColourLayers {
 
   /// Where a layer has no tile of its own, it is the picture of the parent, whose pictures are given (none: a root).
   std::vector<LayerPicture> pictures(const tiling::TileId& id, std::span<const LayerPicture> parent) const;
-  /// Of a root: its pictures, as far as they are here. Blocks while sources do that do not tell what they store.
+  /// Of a root: its pictures, as far as they are here, else those of its overview. Blocks while sources do that do not
+  /// tell what they store.
   std::vector<LayerPicture> standIns(const tiling::TileId& id) const;
   bool isBare() const;  ///< no layer takes part
   /// What pictures() may load of sources that tell what they store. Never blocks.

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "geo/sun.h"
@@ -71,8 +73,14 @@ struct Globe::State {
   ViewMotion motion;
   Lighting lighting;
   std::uint64_t contentBudget;
+  /// An image that cannot be had fails every tile that it is a part of: it is told once.
   std::vector<io::Failure> failures;
-  std::vector<std::optional<tiling::TileId>> failedTiles;  ///< of failures, each
+  std::unordered_map<std::string, std::size_t> failureNumbers;  ///< by their words
+  struct FailedTile {
+    std::size_t failure = 0;             ///< of failures
+    std::optional<tiling::TileId> tile;  ///< none: a whole layer
+  };
+  std::vector<FailedTile> failedTiles;
   std::uint64_t failureCount = 0;
   std::shared_ptr<io::Resources> resources;
   Doorbell bell;
@@ -117,9 +125,10 @@ void Globe::State::receive() {
   std::erase_if(retired, [](const auto& old) { return old->loading.isIdle(); });
   for (LoadFailure& failed : roster->ledger().takeFailures()) {
     ++failureCount;
-    if (failures.size() >= kMostFailures) continue;
-    failures.push_back(std::move(failed.failure));
-    failedTiles.push_back(failed.tile);
+    if (failedTiles.size() >= kMostFailures) continue;
+    const auto [known, isNew] = failureNumbers.try_emplace(io::describe(failed.failure), failures.size());
+    if (isNew) failures.push_back(std::move(failed.failure));
+    failedTiles.push_back({.failure = known->second, .tile = failed.tile});
   }
 }
 
@@ -151,7 +160,7 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
   CutOptions cutOptions = asked;
   cutOptions.isNested = asked.isNested && roster->groundIsNested();
   const auto now = Clock::now();
-  if (roster->advance(now, shown->rootShares())) {
+  if (roster->advance(now, shown->rootShares(), next != nullptr)) {
     if (!next) pendingSince = now;
     if (next) retired.push_back(std::move(next));
     next = generation();
@@ -296,7 +305,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
-  state->roster->advance(Clock::now(), {});
+  state->roster->advance(Clock::now(), {}, false);
   state->time_s = scene.clock.start_s;
   if (state->time_s) state->sunByClock = geo::directionToSun(state->body, *state->time_s);
   if (scene.lighting.sun == Lighting::Sun::byClock && !state->sunByClock) return tl::unexpected(noSunByClock(scene));
@@ -361,15 +370,27 @@ const std::vector<io::Failure>& Globe::failures() const {
 }
 
 std::vector<io::Failure> Globe::failuresInFrame() const {
-  std::vector<io::Failure> out = state_->roster->complaints();
-  const bool allAreKnown = state_->failureCount <= state_->failures.size();
-  for (std::size_t i = 0; i < state_->failures.size(); ++i) {
-    const auto& failed = state_->failedTiles[i];
+  const State& s = *state_;
+  const bool allAreKnown = s.failureCount <= s.failedTiles.size();
+  std::vector<bool> counts(s.failures.size(), !allAreKnown);
+  for (const State::FailedTile& failed : s.failedTiles) {
     const auto lies = [&](const DrawnTile& tile) {
-      return tile.id.level >= failed->level && tile.id.ancestor(failed->level) == *failed;
+      return tile.id.level >= failed.tile->level && tile.id.ancestor(failed.tile->level) == *failed.tile;
     };
-    if (!allAreKnown || !failed || std::ranges::any_of(state_->frame.tiles, lies)) out.push_back(state_->failures[i]);
+    if (!counts[failed.failure] && (!failed.tile || std::ranges::any_of(s.frame.tiles, lies)))
+      counts[failed.failure] = true;
   }
+  std::vector<io::Failure> out = s.roster->complaints();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i]) out.push_back(s.failures[i]);
+  }
+  return out;
+}
+
+std::vector<io::Failure> Globe::lateLayers() const {
+  std::vector<io::Failure> out = state_->roster->lateLayers();
+  for (io::Failure& late : out)
+    late.where = raster::withoutSecrets(late.where);
   return out;
 }
 

@@ -37,9 +37,9 @@ struct GlobeOptions {
 using BuildSink = std::function<void(std::string_view what, double share)>;
 
 /// A planet on screen: keeps the tiles that the view needs, loaded by workers, and says for each view exactly what to
-/// draw. Layers whose source is on a network take part once it is open and the coarsest tiles have come: of elevation
-/// all, of imagery the first that may be seen, the others as they come; until then the globe is drawn without them. One
-/// thread only; owns its workers, and its destruction waits for what they have begun.
+/// draw. Layers whose source is on a network take part once it is open and the first of the coarsest tiles that may be
+/// seen has come, or of imagery its overview, and the others as they come; until then the globe is drawn without them.
+/// One thread only; owns its workers, and its destruction waits for what they have begun.
 class Globe {
  public:
   /// Opens the scene's sources; rasters are built into tile databases in the cache folder first
@@ -103,12 +103,15 @@ class Globe {
   /// its samples (where there are no data, as GroundLayers fills them); nothing when not even the root tile is loaded.
   std::optional<double> groundHeight_m(const geo::Direction& d) const;
 
-  /// What could not be loaded since the globe was opened, each once, and never will be: the first of them
-  /// (FrameStatistics::failures counts all). The ground is drawn from coarser data there, or without the layer.
+  /// What could not be loaded since the globe was opened, and never will be: the first of them
+  /// (FrameStatistics::failures counts all), each once, though many tiles may lack the same image. The ground is drawn
+  /// from coarser data there, or without the layer.
   const std::vector<io::Failure>& failures() const;
   /// Those of failures() that change the last frame: ground without what they are of is drawn. The others were asked
   /// for on the way to it, or are beside the picture. And layers of which the server has nothing at all.
   std::vector<io::Failure> failuresInFrame() const;
+  /// Of each layer that FrameStatistics::layersComing counts: which it is, where it comes from, and what to do.
+  std::vector<io::Failure> lateLayers() const;
   /// What cannot be loaded now and is tried again: servers in trouble, and layers that cannot be opened yet.
   std::vector<io::Failure> troubles() const;
 

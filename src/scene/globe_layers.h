@@ -28,6 +28,8 @@ struct LayerSource {
   Pointer open;                  ///< null: has to be opened first
   std::optional<double> seam_m;  ///< of elevation: GroundLayers::Layer
   Opening opening;               ///< of those
+  /// Of a data set of imagery: where it takes part, the layer's others are not drawn.
+  bool replacesOthers = false;
   std::string name;
 };
 

@@ -115,9 +115,9 @@ class StoredLevels {
 /// One layer's samples of one tile, from whichever level they may come.
 class LayerSampler {
  public:
-  LayerSampler(LayerTiles& layer, const tiling::Tiling& tiling, const tiling::TileId& id, const Touching& others,
-               int cells, const Seam* seam)
-      : layer_(layer),
+  LayerSampler(const GroundLayers::Layer& layer, const tiling::Tiling& tiling, const tiling::TileId& id,
+               const Touching& others, int cells, const raster::Seam* seam)
+      : tiles_(*layer.tiles),
         tiling_(tiling),
         seam_(seam),
         id_(id),
@@ -134,7 +134,7 @@ class LayerSampler {
         tiling_.wrapped(tiling::rootPointIn(id_, static_cast<double>(col) / cells_, static_cast<double>(row) / cells_));
     return place ? seam_->weight(tiling_.direction(*place)) : 1.0;
   }
-  const Seam* seam() const { return seam_; }
+  const raster::Seam* seam() const { return seam_; }
 
   const raster::SourceTile* ownTile() const { return own_ == id_.level ? tile_.get() : nullptr; }
   int level() const { return own_; }
@@ -150,7 +150,7 @@ class LayerSampler {
  private:
   LayerTiles::TilePointer fetch(int& level) const {
     for (; level >= 0; --level) {
-      if (auto tile = layer_.held(id_.ancestor(level))) return tile;
+      if (auto tile = tiles_.held(id_.ancestor(level))) return tile;
     }
     return nullptr;
   }
@@ -175,9 +175,9 @@ class LayerSampler {
     return resampled(from, local(id_.x, col), local(id_.y, row));
   }
 
-  LayerTiles& layer_;
+  LayerTiles& tiles_;
   tiling::Tiling tiling_;
-  const Seam* seam_;  ///< null: none
+  const raster::Seam* seam_;  ///< null: none
   tiling::TileId id_;
   int cells_;
   StoredLevels levels_;
@@ -383,49 +383,34 @@ bool hasData(LayerTiles& tiles, const tiling::Tiling& tiling, int level, const g
   if (tiles.tellsPresence()) return stored == level;
   const tiling::TileId id = deepest.ancestor(stored);
   const auto tile = tiles.get(id);
-  if (!tile) return false;
-  const auto& samples = std::get<raster::ElevationTile>(tile->payload).samples;
-  const tiling::RootPoint p = tiling.rootPoint(place);
-  const int cells = samples.width - 3;
-  const auto nearest = [&](double u, std::uint32_t index) {
-    const double within = (u / tiling::tileSize(stored) - index) * cells;
-    return static_cast<int>(std::lround(std::clamp(within, 0.0, static_cast<double>(cells)))) + 1;
-  };
-  return !raster::isNoData(samples.at(nearest(p.u, id.x), nearest(p.v, id.y)));
+  return tile && raster::hasHeightAt(*tile, id, tiling, place);
 }
 
 }  // namespace
 
 GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<Layer> layers, int cells)
-    : tiling_(tiling), cells_(cells) {
-  for (Layer& layer : layers) {
-    layers_.push_back(std::move(layer.tiles));
-    seams_m_.push_back(layer.seam_m);
+    : tiling_(tiling), layers_(std::move(layers)), cells_(cells) {
+  for (std::size_t i = 0; i < layers_.size(); ++i)
     seams_.push_back(std::make_shared<LateSeam>());
-  }
 }
 
 /// Null: it ends with a step, or nothing lies below it.
-const Seam* GroundLayers::seamOf(std::size_t layer) const {
-  if (layer == 0 || (seams_m_[layer] && *seams_m_[layer] == 0.0)) return nullptr;
+const raster::Seam* GroundLayers::seamOf(std::size_t layer) const {
+  if (layer == 0) return nullptr;
   LateSeam& late = *seams_[layer];
   std::call_once(late.made, [&] {
-    LayerTiles& tiles = *layers_[layer];
-    const raster::TileSourceInfo& info = tiles.info();
-    const double wanted = (info.bounds.north - info.bounds.south).radians() / Seam::kMapSide;
-    int level = 0;
-    while (level < info.maxLevel && tiling_.metrics(level).meanEdge.radians() / info.tileCells > wanted)
-      ++level;
-    late.seam = Seam::around(info.bounds, info.body.ellipsoid, seams_m_[layer].value_or(0.0),
-                             [&](const geo::Direction& place) { return hasData(tiles, tiling_, level, place); });
+    LayerTiles& tiles = *layers_[layer].tiles;
+    late.seam = raster::Seam::of(tiles.info(), layers_[layer].seam_m, [&](int level, const geo::Direction& place) {
+      return hasData(tiles, tiling_, level, place);
+    });
   });
   return late.seam.get();
 }
 
 int GroundLayers::storedLevel(const tiling::TileId& id) const {
   int level = -1;
-  for (const auto& layer : layers_)
-    level = std::max(level, layer->storedLevel(id));
+  for (const Layer& layer : layers_)
+    level = std::max(level, layer.storedLevel(id));
   return level;
 }
 
@@ -433,19 +418,19 @@ void GroundLayers::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& nee
   const std::size_t before = needs.size();
   std::optional<Touching> others;
   bool mayBeOwn = false;
-  for (const auto& layer : layers_) {
-    if (!layer->tellsPresence()) {
-      mayBeOwn = mayBeOwn || id.level <= layer->info().maxLevel;
+  for (const Layer& layer : layers_) {
+    if (!layer.tiles->tellsPresence()) {
+      mayBeOwn = mayBeOwn || id.level <= layer.tiles->info().maxLevel;
       continue;
     }
     if (!others) others = touching(tiling_, id);
-    const StoredLevels levels(id, *others, cells_, [&](const tiling::TileId& t) { return layer->storedLevel(t); });
+    const StoredLevels levels(id, *others, cells_, [&](const tiling::TileId& t) { return layer.storedLevel(t); });
     mayBeOwn = mayBeOwn || levels.own() == id.level;
     std::uint32_t asked = 0;
     levels.forEachLevel([&](int level) {
       if (level < 0 || ((asked >> level) & 1u) != 0) return;
       asked |= 1u << level;
-      addNeed(*layer, id, level, needs);
+      addNeed(*layer.tiles, id, level, needs);
     });
   }
   if (!mayBeOwn) needs.resize(before);
@@ -455,10 +440,10 @@ float GroundLayers::farHeight_m() const {
   std::call_once(far_->known, [&] {
     bool any = false;
     HeightRange range{.low_m = kWildestHeight_m, .high_m = -kWildestHeight_m};
-    for (const auto& layer : layers_) {
+    for (const Layer& layer : layers_) {
       for (int root = 0; root < tiling_.rootCount(); ++root) {
         const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
-        const auto tile = layer->storedLevel(id) == 0 ? layer->get(id) : nullptr;
+        const auto tile = layer.storedLevel(id) == 0 ? layer.tiles->get(id) : nullptr;
         if (!tile || !(tile->statistics.min_m <= tile->statistics.max_m)) continue;
         range.low_m = std::min(range.low_m, static_cast<double>(tile->statistics.min_m));
         range.high_m = std::max(range.high_m, static_cast<double>(tile->statistics.max_m));
@@ -479,7 +464,7 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
   Samplers samplers;
   if (levels.own() == id.level) {
     for (std::size_t i = 0; i < layers_.size(); ++i)
-      samplers.push_back(std::make_unique<LayerSampler>(*layers_[i], tiling_, id, others, cells_, seamOf(i)));
+      samplers.push_back(std::make_unique<LayerSampler>(layers_[i], tiling_, id, others, cells_, seamOf(i)));
   }
   GroundSamples made;
   for (int row = -1; levels.own() >= 0 && row <= cells_ + 1; ++row) {
@@ -511,7 +496,7 @@ ComposedGround GroundLayers::compose(const tiling::TileId& id, const GroundSampl
     if (sampler->ownTile() != nullptr) addFacts(ground, *sampler->ownTile());
   }
   if (!samplers.empty()) {
-    const double radius_m = layers_.front()->info().body.ellipsoid.semiMajorAxis_m();
+    const double radius_m = layers_.front().tiles->info().body.ellipsoid.semiMajorAxis_m();
     const double spacing_m = tiling_.metrics(id.level).largestEdge.radians() / cells_ * radius_m;
     const bool isDeepest = std::none_of(samplers.begin(), samplers.end(), [](const auto& sampler) {
       return sampler->ownTile() != nullptr && sampler->ownTile()->childMask != 0;

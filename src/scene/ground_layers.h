@@ -1,14 +1,15 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "raster/seam.h"
 #include "scene/layer_tiles.h"
-#include "scene/seam.h"
 #include "scene/terrain_mesh.h"
 
 namespace tellurion::scene {
@@ -48,16 +49,28 @@ struct ComposedGround {
 /// where they differ. Deeper than what is stored, the ground is bilinear between the samples composed there, so no
 /// deeper level changes the surface.
 ///
-/// Near its end a local layer counts less and less (Seam), so that it does not stand as a cliff over those below.
+/// Near its end a local layer counts less and less (raster::Seam), so that it does not stand as a cliff over those
+/// below.
+///
+/// A layer may take part with some of its roots only, while the others are on their way: then it ends at their edges as
+/// it would if it had no data beyond, and what is composed is whole all the same.
 class GroundLayers {
  public:
+  static constexpr std::uint32_t kAllRoots = ~std::uint32_t{0};
   struct Layer {
     std::shared_ptr<LayerTiles> tiles;
-    /// Of the seam to the layers below, if the layer is local; 0: it ends with a step. Nothing: Seam::kUsualShare.
+    /// Of the seam to the layers below, if the layer is local; 0: it ends with a step. Nothing:
+    /// raster::Seam::kUsualShare.
     std::optional<double> seam_m = 0.0;
+    std::uint32_t roots = kAllRoots;  ///< bit r: root r takes part
 
     Layer(std::shared_ptr<LayerTiles> of) : tiles(std::move(of)) {}  // NOLINT: a layer is its tiles
-    Layer(std::shared_ptr<LayerTiles> of, std::optional<double> seam) : tiles(std::move(of)), seam_m(seam) {}
+    Layer(std::shared_ptr<LayerTiles> of, std::optional<double> seam, std::uint32_t with = kAllRoots)
+        : tiles(std::move(of)), seam_m(seam), roots(with) {}
+    /// LayerTiles's, of the roots that take part.
+    int storedLevel(const tiling::TileId& id) const {
+      return ((roots >> id.root) & 1u) != 0 ? tiles->storedLevel(id) : -1;
+    }
   };
   GroundLayers(tiling::Tiling tiling, std::vector<Layer> layers, int cells);
 
@@ -72,17 +85,16 @@ class GroundLayers {
  private:
   int storedLevel(const tiling::TileId& id) const;
   float farHeight_m() const;
-  const Seam* seamOf(std::size_t layer) const;
+  const raster::Seam* seamOf(std::size_t layer) const;
 
   struct LateSeam {
     std::once_flag made;
-    std::shared_ptr<const Seam> seam;
+    std::shared_ptr<const raster::Seam> seam;
   };
 
   tiling::Tiling tiling_;
-  std::vector<std::shared_ptr<LayerTiles>> layers_;
-  std::vector<std::optional<double>> seams_m_;  ///< a layer each
-  std::vector<std::shared_ptr<LateSeam>> seams_;
+  std::vector<Layer> layers_;
+  std::vector<std::shared_ptr<LateSeam>> seams_;  ///< a layer each
   int cells_;
   struct FarHeight {
     std::once_flag known;

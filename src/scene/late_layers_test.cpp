@@ -314,6 +314,113 @@ TEST_P(LateLayers, imageryTakesPartWhereItsRootsAreHere) {
   EXPECT_EQ(late, pictureOf(completed(*local, there, {})));
 }
 
+/// Heights, too: what is in sight first. Ground of which the heights are not here is flat, and finer all the same where
+/// they are.
+TEST_P(LateLayers, elevationTakesPartWhereItsRootsAreHere) {
+  const View view = viewFrom(20.0, 8.0, 12e6, 0, -90, kViewport);
+  const tiling::Tiling tiling(GetParam());
+  const auto places = placesIn(view);
+  Remote ground(raster::Kind::elevation, GetParam(), 4);
+  const auto globe = globeOf({.elevation = {ground.source}, .imagery = {}, .resources = {}}, GetParam());
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  while (globe->update(view).statistics.tilesWanted > 0 && std::chrono::steady_clock::now() < end)
+    globe->waitForArrivals(5ms);
+  std::size_t here = 0;
+  const auto look = [&] {
+    const Frame& frame = globe->update(view);
+    ASSERT_NO_FATAL_FAILURE(expectWhole(frame, tiling, places));
+    EXPECT_GE(frame.statistics.layersComing, 1) << "it is not done before its last root";
+    EXPECT_FALSE(frame.complete);
+    std::size_t withHeights = 0;
+    for (const geo::Direction& place : places)
+      withHeights += *globe->groundHeight_m(place) != 0.0 ? 1u : 0u;
+    EXPECT_GE(withHeights, here) << "ground that had heights has none";
+    here = withHeights;
+    globe->waitForArrivals(5ms);
+  };
+  ground.server->serve(1);
+  while (here == 0 && std::chrono::steady_clock::now() < end)
+    ASSERT_NO_FATAL_FAILURE(look());
+  EXPECT_GT(here, 0u) << "one root alone shows";
+  EXPECT_LT(here, places.size());
+  while (ground.server->answered().size() + 1 < static_cast<std::size_t>(tiling.rootCount()) &&
+         std::chrono::steady_clock::now() < end) {
+    ground.server->serve(1);
+    for (int i = 0; i < 5; ++i)
+      ASSERT_NO_FATAL_FAILURE(look());
+  }
+  const auto late = pictureOf(completed(*globe, view, {ground.server}));
+  EXPECT_EQ(ground.source->unpreparedLoads(), 0);
+  EXPECT_TRUE(globe->lateLayers().empty());
+  expectAskedOnce(*ground.server);
+  const auto local = globeOf({.elevation = {ground.planet}, .imagery = {}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+/// One small answer is a picture on every root, which becomes the layer's own root by root.
+TEST_P(LateLayers, anOverviewIsSeenBeforeTheFirstRoot) {
+  const View view = hillsView();
+  Remote colours(raster::Kind::imagery, GetParam());
+  Remote overview(raster::Kind::imagery, GetParam(), 0);
+  colours.source->overviewSource = overview.source;
+  const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  passed(*globe, view, 5);
+  overview.server->serve(1000);
+  const Frame* frame = &passed(*globe, view);
+  EXPECT_GT(frame->tiles.size(), 0u);
+  for (const DrawnTile& tile : frame->tiles)
+    EXPECT_EQ(tile.pictureCount, 1u);
+  EXPECT_FALSE(frame->complete);
+  EXPECT_TRUE(colours.server->answered().empty());
+  const auto late = pictureOf(completed(*globe, view, {colours.server}, 1));
+  EXPECT_EQ(overview.source->unpreparedLoads() + colours.source->unpreparedLoads(), 0);
+  const auto local = globeOf({.elevation = {}, .imagery = {{.source = colours.planet}}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+/// As pictures of several servers' heights do: of what is here first, then of all.
+TEST(LateLayers, aDataSetMayTakeTheOthersPlace) {
+  const View view = hillsView();
+  Remote first(raster::Kind::imagery, Scheme::cube, 5);
+  Remote whole(raster::Kind::imagery, Scheme::cube, 4);
+  GlobeLayers::Imagery layer{.source = first.source};
+  layer.alsoFrom.emplace_back(whole.source);
+  layer.alsoFrom.back().replacesOthers = true;
+  GlobeLayers layers;
+  layers.imagery.push_back(std::move(layer));
+  const auto globe = globeOf(std::move(layers));
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  const Frame* frame = &globe->update(view);
+  while (frame->statistics.layersComing != 1 && std::chrono::steady_clock::now() < end) {
+    first.server->serve(1000);
+    globe->waitForArrivals(5ms);
+    frame = &globe->update(view);
+  }
+  EXPECT_EQ(frame->statistics.layersComing, 1);
+  frame = &passed(*globe, view);
+  EXPECT_TRUE(std::ranges::any_of(frame->tiles, [](const DrawnTile& tile) { return tile.pictureCount == 1; }));
+  const auto late = pictureOf(completed(*globe, view, {first.server, whole.server}));
+  const auto local = globeOf({.elevation = {}, .imagery = {{.source = whole.planet}}, .resources = {}});
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {}))) << "nothing is left of the first, though it is finer";
+}
+
+TEST(LateLayers, aLayerThatIsLateIsNamed) {
+  Remote ground(raster::Kind::elevation);
+  const LayerSource::Opening fails = []() -> io::Result<LayerSource::Pointer> {
+    return io::fail(io::Failure::Code::ioError, "the server does not answer");
+  };
+  const auto globe = globeOf({.elevation = {ground.source},
+                              .imagery = {{.source = LayerSource(fails, "http://me:word@there/wms?token=abc")}},
+                              .resources = {}});
+  passed(*globe, hillsView(), 3);
+  const auto late = globe->lateLayers();
+  ASSERT_EQ(late.size(), 2u);
+  EXPECT_EQ(late[0].where, "procedural");
+  EXPECT_NE(late[0].message.find("elevation.0"), late[0].message.npos) << late[0].message;
+  EXPECT_EQ(late[1].where, "http://there/wms?token=***");
+  EXPECT_NE(late[1].message.find("imagery.0"), late[1].message.npos) << late[1].message;
+}
+
 TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {
   Remote colours(raster::Kind::imagery, Scheme::cube, 9);
   const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}});

@@ -12,8 +12,10 @@ namespace {
 
 using raster::TileSourceInfo;
 
-constexpr double kRootPriority = 1e9;      ///< before any tile that is only wanted finer
-constexpr double kUnseenPriority = 1e-12;  ///< after them
+constexpr double kOverviewPriority = 1e12;  ///< before all: it is little, and all there is to see
+constexpr double kRootPriority = 1e9;       ///< before any tile that is only wanted finer
+constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight decides on the ground in sight
+constexpr double kUnseenPriority = 1e-12;   ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
 constexpr std::size_t kMostOpening = 8;  ///< at a time
@@ -73,7 +75,11 @@ struct LayerRoster::Entry {
     std::size_t root = 0;
     std::shared_ptr<TileFetch> fetch;
   };
-  std::vector<Root> roots;         ///< on their way, or held until contents are made of them
+  std::vector<Root> roots;      ///< on their way, or held until contents are made of them
+  std::uint32_t toldRoots = 0;  ///< of elevation, those that maker() has: GroundLayers::Layer
+  /// What imagery shows until its roots are here; null: nothing. Held for as long as roots may come into sight.
+  std::shared_ptr<LayerTiles> overview;
+  std::vector<std::shared_ptr<TileFetch>> overviewRoots;
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
   struct Steps {
@@ -240,24 +246,68 @@ void LayerRoster::fetchRoots(Entry& entry, std::span<const double> rootShares) {
     if (fetch) entry.roots.push_back({.root = id.root, .fetch = std::move(fetch)});
   }
   if (entry.roots.empty()) entry.state = Entry::State::ready;
+  if (entry.state == Entry::State::fetching && entry.kind == raster::Kind::imagery && !entry.steps &&
+      !layout_[entry.layer].series)
+    fetchOverview(entry);
 }
 
-/// Heights of all are needed for any.
+/// What goes wrong with it is nobody's business: the roots will tell.
+void LayerRoster::fetchOverview(Entry& entry) {
+  auto source = entry.source.open->overview();
+  if (!source) return;
+  entry.overview = std::make_shared<LayerTiles>(std::move(source), layerBudgetBytes_, std::make_shared<LoadLedger>());
+  for (int root = 0; root < tiling_.rootCount(); ++root) {
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    if (auto fetch = fetches_.fetch(*entry.overview, id, kOverviewPriority))
+      entry.overviewRoots.push_back(std::move(fetch));
+  }
+}
+
 void LayerRoster::hurryRoots(Entry& entry, std::span<const double> rootShares) {
-  if (entry.kind == raster::Kind::elevation || rootShares.empty()) return;
+  if (rootShares.empty()) return;
+  const double unseen = entry.kind == raster::Kind::elevation ? kUnseenGround : kUnseenPriority;
   for (const Entry::Root& root : entry.roots)
-    fetches_.hurry(*root.fetch, rootShares[root.root] > 0.0 ? kRootPriority * rootShares[root.root] : kUnseenPriority);
+    fetches_.hurry(*root.fetch, rootShares[root.root] > 0.0 ? kRootPriority * rootShares[root.root] : unseen);
+}
+
+/// Those whose data need not be waited for.
+std::uint32_t LayerRoster::rootsHere(const Entry& entry) {
+  std::uint32_t here = GroundLayers::kAllRoots;
+  for (const Entry::Root& root : entry.roots)
+    here &= root.fetch->isReady() ? GroundLayers::kAllRoots : ~(std::uint32_t{1} << root.root);
+  return here;
+}
+
+bool LayerRoster::overviewIsHere(const Entry& entry) {
+  return entry.overview && std::ranges::all_of(entry.overviewRoots, [](const auto& fetch) { return fetch->isReady(); });
 }
 
 bool LayerRoster::mayTakePart(const Entry& entry, std::span<const double> rootShares) {
-  const auto isHere = [](const Entry::Root& root) { return root.fetch->isReady(); };
-  if (std::all_of(entry.roots.begin(), entry.roots.end(), isHere)) return true;
-  return entry.kind == raster::Kind::imagery && !rootShares.empty() &&
-         std::any_of(entry.roots.begin(), entry.roots.end(),
-                     [&](const Entry::Root& root) { return isHere(root) && rootShares[root.root] > 0.0; });
+  const std::uint32_t here = rootsHere(entry);
+  if (here == GroundLayers::kAllRoots || overviewIsHere(entry)) return true;
+  return !rootShares.empty() && std::ranges::any_of(entry.roots, [&](const Entry::Root& root) {
+    return ((here >> root.root) & 1u) != 0 && rootShares[root.root] > 0.0;
+  });
 }
 
-bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootShares) {
+/// Of elevation that takes part: not with all its roots.
+bool LayerRoster::lacksRoots(const Entry& entry) {
+  return entry.kind == raster::Kind::elevation && entry.isTold && entry.toldRoots != GroundLayers::kAllRoots;
+}
+
+/// It may take part, and does not yet or with fewer roots than it could. Roots out of sight count when they are all.
+bool LayerRoster::hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending) {
+  if (entry.state != Entry::State::ready) return false;
+  if (!entry.isTold) return true;
+  if (!lacksRoots(entry)) return false;
+  const std::uint32_t here = rootsHere(entry);
+  if (here == GroundLayers::kAllRoots) return true;
+  return !isPending && std::ranges::any_of(entry.roots, [&](const Entry::Root& root) {
+    return ((here & ~entry.toldRoots) >> root.root & 1u) != 0 && !rootShares.empty() && rootShares[root.root] > 0.0;
+  });
+}
+
+bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootShares, bool isPending) {
   fetches_.beginPass();
   bool changed = false;
   for (auto* all : {&elevation_, &imagery_}) {
@@ -269,8 +319,10 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
       if (entry->state == Entry::State::fetching) {
         hurryRoots(*entry, rootShares);
         if (mayTakePart(*entry, rootShares)) entry->state = Entry::State::ready;
+      } else if (lacksRoots(*entry)) {
+        hurryRoots(*entry, rootShares);
       }
-      changed = changed || (entry->state == Entry::State::ready && !entry->isTold);
+      changed = changed || hasMoreToTell(*entry, rootShares, isPending);
     }
   }
   for (const ImageryLayout& layout : layout_) {
@@ -317,6 +369,7 @@ void LayerRoster::join(Entry& entry, ColourLayers::Layer& layer) {
   const auto& series = layout_[entry.layer].series;
   if (!series) {
     layer.sets.push_back(entry.tiles);
+    if (overviewIsHere(entry)) layer.overviews.push_back({.of = entry.tiles.get(), .tiles = entry.overview});
     return;
   }
   layer.step = series->current();
@@ -333,11 +386,17 @@ ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
   }
   for (const auto& entry : elevation_) {
     entry->isTold = entry->state == Entry::State::ready;
-    if (entry->isTold) ground.emplace_back(entry->tiles, entry->source.seam_m);
+    if (!entry->isTold) continue;
+    entry->toldRoots = rootsHere(*entry);
+    ground.emplace_back(entry->tiles, entry->source.seam_m, entry->toldRoots);
   }
+  std::vector<bool> isReplaced(layout_.size());
   for (const auto& entry : imagery_) {
     entry->isTold = entry->state == Entry::State::ready;
-    if (entry->isTold) join(*entry, colours[entry->layer]);
+    if (entry->isTold && entry->source.replacesOthers) isReplaced[entry->layer] = true;
+  }
+  for (const auto& entry : imagery_) {
+    if (entry->isTold && isReplaced[entry->layer] == entry->source.replacesOthers) join(*entry, colours[entry->layer]);
   }
   return {.tiling = tiling_,
           .ellipsoid = body_.ellipsoid,
@@ -354,7 +413,7 @@ bool LayerRoster::groundIsNested() const {
 void LayerRoster::rootsAreMade() {
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
-      if (entry->isTold) entry->roots.clear();
+      if (entry->isTold && !lacksRoots(*entry)) entry->roots.clear();
     }
   }
 }
@@ -362,11 +421,14 @@ void LayerRoster::rootsAreMade() {
 int LayerRoster::coming() const {
   int count = 0;
   for (const auto* all : {&elevation_, &imagery_}) {
-    count += static_cast<int>(std::count_if(all->begin(), all->end(), [](const auto& entry) {
-      return !entry->isTold && entry->state != Entry::State::failed;
-    }));
+    count +=
+        static_cast<int>(std::count_if(all->begin(), all->end(), [](const auto& entry) { return isComing(*entry); }));
   }
   return count;
+}
+
+bool LayerRoster::isComing(const Entry& entry) {
+  return entry.state != Entry::State::failed && (!entry.isTold || lacksRoots(entry));
 }
 
 std::uint64_t LayerRoster::bytes() const {
@@ -389,6 +451,29 @@ std::vector<io::Failure> LayerRoster::complaints() const {
       if (told && std::ranges::find(out, told->where, &io::Failure::where) == out.end())
         out.push_back(std::move(*told));
     }
+  }
+  return out;
+}
+
+std::vector<io::Failure> LayerRoster::lateLayers() const {
+  std::vector<io::Failure> out;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (!isComing(*entry)) continue;
+      const char* state = entry->state == Entry::State::opening ? "its server had not told what it offers"
+                                                                : "its coarsest images had not all come";
+      out.push_back({.code = io::Failure::Code::ioError,
+                     .message = fmt::format("{}.{} of the scene: {} in time; raise --timeout, or see with 'tellurion "
+                                            "sources' whether the server answers",
+                                            raster::nameOf(entry->kind), entry->layer, state),
+                     .where = entry->source.open ? entry->source.open->info().name : entry->source.name});
+    }
+  }
+  for (std::size_t i = 0; i < layout_.size(); ++i) {
+    if (!layout_[i].series || !layout_[i].series->isComing()) continue;
+    out.push_back({.code = io::Failure::Code::ioError,
+                   .message = "the map of the clock's time had not come in time; raise --timeout",
+                   .where = fmt::format("imagery.{} of the scene", i)});
   }
   return out;
 }

@@ -16,8 +16,9 @@
 
 namespace tellurion::scene {
 
-/// Which layers of a scene take part: those of this machine from the start, elevation on a server from when it is open
-/// and the data of all its root tiles are here, imagery from when those of one that may be seen are. So what is drawn
+/// Which layers of a scene take part: those of this machine from the start, those on a server from when they are open
+/// and the data of one root tile that may be seen are here, or of imagery its overview (TileSource::overview). Of
+/// elevation only the roots that are here take part: when more of them are, the layer joins anew. So what is drawn
 /// never waits for a server. One thread only; opens sources on threads of its own.
 class LayerRoster {
  public:
@@ -33,8 +34,10 @@ class LayerRoster {
   LayerRoster& operator=(const LayerRoster&) = delete;
 
   /// Takes in what has been opened or has come, and opens again what failed. rootShares: Selection's, as far as there
-  /// is one: roots with the largest come first. True: more layers may take part than maker() was told the last time.
-  bool advance(Clock::time_point now, std::span<const double> rootShares);
+  /// is one: roots with the largest come first. isPending: what maker() made the last time is not drawn yet; then more
+  /// roots of a layer that it knows are no reason for another, unless they are all. True: more may take part than
+  /// maker() told the last time.
+  bool advance(Clock::time_point now, std::span<const double> rootShares, bool isPending);
   /// A source that failed is to be opened again: advance() has something to do.
   bool isDue(Clock::time_point now) const;
   /// What makes contents of all layers that may take part now; the others are left out.
@@ -50,8 +53,10 @@ class LayerRoster {
   /// Roots of what maker() told have been made, so their data may go.
   void rootsAreMade();
 
-  /// Layers that maker() does not know yet and that may still come.
+  /// Layers that maker() does not know yet, or not all roots of, and that may still come.
   int coming() const;
+  /// What of them is waited for, a sentence each: which layer, where it comes from, what to do.
+  std::vector<io::Failure> lateLayers() const;
   std::uint64_t bytes() const;  ///< of decoded tiles
   LoadLedger& ledger() { return *ledger_; }
   /// Layers that cannot be opened now, and why; they are tried again.
@@ -71,7 +76,13 @@ class LayerRoster {
   void fetchRoots(Entry& entry, std::span<const double> rootShares);
   void join(Entry& entry, ColourLayers::Layer& layer);
   void hurryRoots(Entry& entry, std::span<const double> rootShares);
+  void fetchOverview(Entry& entry);
+  static std::uint32_t rootsHere(const Entry& entry);
+  static bool overviewIsHere(const Entry& entry);
   static bool mayTakePart(const Entry& entry, std::span<const double> rootShares);
+  static bool lacksRoots(const Entry& entry);
+  static bool hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending);
+  static bool isComing(const Entry& entry);
 
   tiling::Tiling tiling_;
   geo::Body body_;

@@ -6,10 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -202,7 +204,8 @@ io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind ki
 /// A source that several layers are made of: opened once, by whichever needs it first. Thread-safe.
 class SharedSource {
  public:
-  explicit SharedSource(LayerSource source) : source_(std::move(source)) {}
+  SharedSource(LayerSource source, std::optional<double> seam_m)
+      : source_(std::move(source)), seam_m_(seam_m), isOpen_(source_.open != nullptr) {}
 
   io::Result<LayerSource::Pointer> get() {
     const std::lock_guard lock(mutex_);
@@ -210,18 +213,20 @@ class SharedSource {
       auto opened = source_.opening();
       if (!opened) return tl::unexpected(std::move(opened.error()));
       source_.open = std::move(*opened);
+      isOpen_ = true;
     }
     return source_.open;
   }
-  bool isOpen() {
-    const std::lock_guard lock(mutex_);
-    return source_.open != nullptr;
-  }
+  /// Never waits.
+  bool isOpen() const { return isOpen_; }
+  const std::optional<double>& seam_m() const { return seam_m_; }
   const std::string& name() const { return source_.name; }
 
  private:
   std::mutex mutex_;
   LayerSource source_;
+  std::optional<double> seam_m_;  ///< of elevation: LayerSource's
+  std::atomic<bool> isOpen_;
 };
 using SharedSources = std::vector<std::shared_ptr<SharedSource>>;
 
@@ -230,29 +235,57 @@ LayerSource layerOf(const std::shared_ptr<SharedSource>& source) {
   return {[source] { return source->get(); }, source->name()};
 }
 
+raster::DerivedHeights heightsOf(const SharedSource& source, LayerSource::Pointer open) {
+  return {.source = std::move(open), .seam_m = source.seam_m()};
+}
+
 /// Of all that can be opened; while one may come yet, it is waited for.
 io::Result<LayerSource::Pointer> derivedOf(const SharedSources& heights, const raster::HeightColours& colours) {
-  std::vector<LayerSource::Pointer> open;
+  std::vector<raster::DerivedHeights> open;
   std::optional<io::Failure> failure;
   for (const auto& source : heights) {
     auto opened = source->get();
     if (opened) {
-      open.push_back(std::move(*opened));
+      open.push_back(heightsOf(*source, std::move(*opened)));
       continue;
     }
     if (opened.error().code == Code::ioError) return opened;
     failure = std::move(opened.error());
   }
   if (open.empty() && failure) return tl::unexpected(std::move(*failure));
-  return raster::derivedTileSource(std::move(open), colours);
+  return raster::derivedTileSource(open, colours);
 }
 
-io::Result<LayerSource> derivedLayer(const SharedSources& heights, const raster::HeightColours& colours) {
+/// Of those that are open, whichever they are; waits for one when none is, and is asked again when that fails.
+io::Result<LayerSource::Pointer> derivedOfOpen(const SharedSources& heights, const raster::HeightColours& colours) {
+  std::vector<raster::DerivedHeights> open;
+  for (const auto& source : heights) {
+    if (source->isOpen()) open.push_back(heightsOf(*source, *source->get()));
+  }
+  io::Result<LayerSource::Pointer> first;
+  for (std::size_t i = 0; i < heights.size() && open.empty(); ++i) {
+    first = heights[i]->get();
+    if (first) open.push_back(heightsOf(*heights[i], *first));
+  }
+  if (open.empty()) return first;
+  return raster::derivedTileSource(open, colours);
+}
+
+/// Pictures of several servers' heights begin with those that are here, as the heights themselves do; once all have
+/// answered, pictures of all take their place.
+io::Result<std::vector<LayerSource>> derivedLayer(const SharedSources& heights, const raster::HeightColours& colours) {
   const bool isHere = std::ranges::all_of(heights, [](const auto& source) { return source->isOpen(); });
-  if (!isHere) return LayerSource([heights, colours] { return derivedOf(heights, colours); }, heights.back()->name());
-  auto derived = derivedOf(heights, colours);
-  if (!derived) return tl::unexpected(std::move(derived.error()));
-  return LayerSource(std::move(*derived));
+  if (isHere) {
+    auto derived = derivedOf(heights, colours);
+    if (!derived) return tl::unexpected(std::move(derived.error()));
+    return std::vector{LayerSource(std::move(*derived))};
+  }
+  const std::string& name = heights.back()->name();
+  LayerSource whole([heights, colours] { return derivedOf(heights, colours); }, name);
+  if (heights.size() == 1) return std::vector{std::move(whole)};
+  whole.replacesOthers = true;
+  return std::vector{LayerSource([heights, colours] { return derivedOfOpen(heights, colours); }, name),
+                     std::move(whole)};
 }
 
 template <class Layer>
@@ -309,18 +342,20 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
   if (services > 0) layers.resources = std::make_shared<io::Resources>(withCacheFile(online));
   const ServiceUse use{.resources = layers.resources,
                        .imageBytes = imageBytes / static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(services, 1))};
-  const auto openImagery = [&](const ImageryLayer& layer, const SharedSources& heights) -> io::Result<LayerSource> {
-    if (!layer.derived) return openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
-    if (!layer.derived->of) return derivedLayer(heights, layer.derived->colours);
-    auto own = openLayer(*layer.derived->of, raster::Kind::elevation, scene, use, progress, stop);
-    if (!own) return own;
-    return derivedLayer({std::make_shared<SharedSource>(std::move(*own))}, layer.derived->colours);
+  const auto openImagery = [&](const ImageryLayer& layer,
+                               const SharedSources& heights) -> io::Result<std::vector<LayerSource>> {
+    if (layer.derived && !layer.derived->of) return derivedLayer(heights, layer.derived->colours);
+    auto own = layer.derived ? openLayer(*layer.derived->of, raster::Kind::elevation, scene, use, progress, stop)
+                             : openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
+    if (!own) return tl::unexpected(std::move(own.error()));
+    if (!layer.derived) return std::vector{std::move(*own)};
+    return derivedLayer({std::make_shared<SharedSource>(std::move(*own), 0.0)}, layer.derived->colours);
   };
   SharedSources heights;
   for (const ElevationLayer& layer : scene.elevation) {
     auto source = openLayer(layer, raster::Kind::elevation, scene, use, progress, stop);
     if (!source) return tl::unexpected(std::move(source.error()));
-    heights.push_back(std::make_shared<SharedSource>(std::move(*source)));
+    heights.push_back(std::make_shared<SharedSource>(std::move(*source), layer.seam_m));
     layers.elevation.push_back(layerOf(heights.back()));
     layers.elevation.back().seam_m = layer.seam_m;
   }
@@ -338,9 +373,10 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
                                 .name = layer.name});
       continue;
     }
-    auto source = openImagery(layer, heights);
-    if (!source) return tl::unexpected(std::move(source.error()));
-    layers.imagery.push_back({.source = std::move(*source), .look = layer.look, .name = layer.name});
+    auto sources = openImagery(layer, heights);
+    if (!sources) return tl::unexpected(std::move(sources.error()));
+    layers.imagery.push_back({.source = std::move(sources->front()), .look = layer.look, .name = layer.name});
+    std::move(sources->begin() + 1, sources->end(), std::back_inserter(layers.imagery.back().alsoFrom));
     for (const std::string& path : layer.alsoFrom) {
       auto further = openSource(path, raster::Kind::imagery, scene, progress, stop);
       if (!further) return tl::unexpected(std::move(further.error()));

@@ -162,7 +162,10 @@ class RemoteSource final : public raster::TileSource {
     ++unprepared_;
     return io::fail(io::Failure::Code::ioError, "was not prepared", info().name);
   }
+  std::shared_ptr<const raster::TileSource> overview() const override { return overviewSource; }
   int unpreparedLoads() const { return unprepared_; }
+
+  std::shared_ptr<const raster::TileSource> overviewSource;  ///< what overview() gives
 
  private:
   class Waiting final : public raster::Preparation {

@@ -694,8 +694,9 @@ TEST_P(MeshOnTiling, reliefIsTheSlope) {
 /// Meshes of the tiles of one ground, each made once.
 class Meshes {
  public:
-  Meshes(const Tiling& tiling, std::vector<std::shared_ptr<ProceduralSource>> sources)
-      : tiling_(tiling), ground_(tiling, layersOf(sources), 64) {}
+  Meshes(const Tiling& tiling, std::vector<std::shared_ptr<ProceduralSource>> sources,
+         std::uint32_t roots = GroundLayers::kAllRoots)
+      : tiling_(tiling), ground_(tiling, layersOf(sources, roots), 64) {}
 
   const TerrainMesh& of(const TileId& id) {
     const auto [found, isNew] = made_.try_emplace(id);
@@ -720,11 +721,14 @@ class Meshes {
   }
 
  private:
-  static std::vector<GroundLayers::Layer> layersOf(const std::vector<std::shared_ptr<ProceduralSource>>& sources) {
+  /// roots: of the last.
+  static std::vector<GroundLayers::Layer> layersOf(const std::vector<std::shared_ptr<ProceduralSource>>& sources,
+                                                   std::uint32_t roots) {
     std::vector<GroundLayers::Layer> layers;
     for (const auto& source : sources)
       layers.emplace_back(
           std::make_shared<LayerTiles>(source, std::uint64_t{64} << 20, std::make_shared<LoadLedger>()));
+    layers.back().roots = roots;
     return layers;
   }
 
@@ -795,6 +799,27 @@ TEST_P(MeshOnTiling, layersOfDifferentDepthGiveTheSameEdges) {
     Meshes meshes(tiling, {patchyLayer(GetParam(), 5, 0.3, 20), patchyLayer(GetParam(), 7, 0.6, 30)});
     for (int i = 0; i < 8; ++i)
       ASSERT_NO_FATAL_FAILURE(meshes.expectSameEdges(tileNear(tiling, middle, 0.0005, 5 + i % 4, random)));
+  }
+}
+
+/// Of a server's layer some roots are here and some are not: alone, and over a coarser layer that has all.
+TEST_P(MeshOnTiling, aLayerOfSomeRootsGivesTheSameEdges) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (int round = 0; round < 8; ++round) {
+    const auto roots = static_cast<std::uint32_t>(random()) & ((1u << tiling.rootCount()) - 1u);
+    std::vector sources{patchyLayer(GetParam(), 6, 0.1, 60)};
+    if (round % 2 == 1) sources.insert(sources.begin(), patchyLayer(GetParam(), 3, 0.1, 50));
+    Meshes meshes(tiling, sources, roots);
+    for (int i = 0; i < 12; ++i) {
+      // On the edge of a root, at a corner every other time.
+      const int level = 1 + i % 6;
+      const std::uint32_t last = (1u << level) - 1u;
+      const auto root = static_cast<std::uint8_t>(geo::uniform(random, 0, tiling.rootCount()));
+      const auto along = i % 2 == 0 ? 0u : static_cast<std::uint32_t>(random()) & last;
+      ASSERT_NO_FATAL_FAILURE(meshes.expectSameEdges({static_cast<std::uint8_t>(level), root, along, last}));
+    }
+    for (const auto& [id, count] : sources.back()->requests())
+      EXPECT_TRUE(((roots >> id.root) & 1u) != 0) << "asked for what is not here";
   }
 }
 

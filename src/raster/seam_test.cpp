@@ -1,4 +1,4 @@
-#include "scene/seam.h"
+#include "raster/seam.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include "geo/body.h"
 #include "geo/seed_test.h"
 
-namespace tellurion::scene {
+namespace tellurion::raster {
 namespace {
 
 const geo::Ellipsoid kEarth = geo::earth().ellipsoid;
@@ -87,4 +87,4 @@ TEST(Seam, ofAWholePlanetThereIsNone) {
 }
 
 }  // namespace
-}  // namespace tellurion::scene
+}  // namespace tellurion::raster

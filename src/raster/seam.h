@@ -2,12 +2,15 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geo/ellipsoid.h"
 #include "geo/geo_rect.h"
+#include "raster/tile_source.h"
+#include "tiling/tiling.h"
 
-namespace tellurion::scene {
+namespace tellurion::raster {
 
 /// How much of a local elevation model counts at a place, so that it does not end as a cliff over the layers below: 0
 /// where it has no data, 1 further inside than the width of the seam, smooth between. A function of the place alone,
@@ -29,6 +32,11 @@ class Seam {
   static std::shared_ptr<const Seam> around(const geo::GeoRect& bounds, const geo::Ellipsoid& ellipsoid, double width_m,
                                             const std::function<bool(const geo::Direction&)>& hasData);
 
+  /// The same of a source over others. seam_m: as wide as that, 0: none, nothing: kUsualShare. hasData: whether the
+  /// source has a height at a place, on a level that is fine enough for the map. Null: it ends with a step.
+  static std::shared_ptr<const Seam> of(const TileSourceInfo& info, const std::optional<double>& seam_m,
+                                        const std::function<bool(int level, const geo::Direction& place)>& hasData);
+
   double weight(const geo::Direction& place) const;  ///< 0..1
   double width_m() const { return width_m_; }
 
@@ -47,4 +55,8 @@ class Seam {
   std::vector<float> inside_m_;  ///< from the middle of each cell to what has no data, less what a cell may hide
 };
 
-}  // namespace tellurion::scene
+/// Whether the nearest sample to a place in an elevation tile, which must hold the place, is a height.
+bool hasHeightAt(const SourceTile& tile, const tiling::TileId& id, const tiling::Tiling& tiling,
+                 const geo::Direction& place);
+
+}  // namespace tellurion::raster

@@ -1,4 +1,4 @@
-#include "scene/seam.h"
+#include "raster/seam.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "geo/local_frame.h"
 
-namespace tellurion::scene {
+namespace tellurion::raster {
 namespace {
 
 constexpr int kSide = Seam::kMapSide + 2;  ///< with a rim of cells that have no data
@@ -124,6 +124,30 @@ std::shared_ptr<const Seam> Seam::around(const geo::GeoRect& bounds, const geo::
   return seam;
 }
 
+std::shared_ptr<const Seam> Seam::of(const TileSourceInfo& info, const std::optional<double>& seam_m,
+                                     const std::function<bool(int, const geo::Direction&)>& hasData) {
+  if (seam_m && *seam_m == 0.0) return nullptr;
+  const tiling::Tiling tiling(info.scheme);
+  const double wanted = (info.bounds.north - info.bounds.south).radians() / kMapSide;
+  int level = 0;
+  while (level < info.maxLevel && tiling.metrics(level).meanEdge.radians() / info.tileCells > wanted)
+    ++level;
+  return around(info.bounds, info.body.ellipsoid, seam_m.value_or(0.0),
+                [&](const geo::Direction& place) { return hasData(level, place); });
+}
+
+bool hasHeightAt(const SourceTile& tile, const tiling::TileId& id, const tiling::Tiling& tiling,
+                 const geo::Direction& place) {
+  const auto& samples = std::get<ElevationTile>(tile.payload).samples;
+  const tiling::RootPoint p = tiling.rootPoint(place);
+  const int cells = samples.width - 3;
+  const auto nearest = [&](double u, std::uint32_t index) {
+    const double within = (u / tiling::tileSize(id.level) - index) * cells;
+    return static_cast<int>(std::lround(std::clamp(within, 0.0, static_cast<double>(cells)))) + 1;
+  };
+  return !isNoData(samples.at(nearest(p.u, id.x), nearest(p.v, id.y)));
+}
+
 double Seam::weight(const geo::Direction& place) const {
   if (geo::dot(place.n, middle_) <= 0.0) return 0.0;
   const double col = (geo::dot(place.n, east_) * radius_m_ - left_m_) / cellWidth_m_ - 0.5;
@@ -138,4 +162,4 @@ double Seam::weight(const geo::Direction& place) const {
   return share * share * (3.0 - 2.0 * share);
 }
 
-}  // namespace tellurion::scene
+}  // namespace tellurion::raster

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""The arrows of the layers' panel, clicked in a window: which layer lies on top changes, at once, and back.
+
+    view_layers_test.py PROGRAM SOURCE_DIR WORK_DIR
+
+Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
+"""
+import os
+import shutil
+import subprocess
+import sys
+
+import view_test
+
+CAMERA = "20,-40,9000000,0,-90,0"
+# Of the panel as it opens: its two rows, and in each the arrows, pixels of the window.
+ROWS_Y = (43, 66)
+UP_X, DOWN_X = 50, 70
+LAYERS = {"day": "bluemarble_dec2004_5400x2700.jpg", "night": "night_lights_5400x2700.jpg"}
+
+
+def scene_file(folder, name, bottom, top):
+    path = os.path.join(folder, name)
+    with open(path, "w") as file:
+        file.write('body = "earth"\ntiling = "cube"\n' + "".join(f'[[imagery]]\nsource = "{layer}.tdb"\nname = "{layer}"\n' for layer in (bottom, top)) +
+                   "[light]\nenabled = false\n")
+    return path
+
+
+def rendered(program, scene, folder):
+    out = os.path.join(folder, "rendered.png")
+    subprocess.run([program, "render", scene, "--camera", CAMERA, "--size", "x".join(map(str, view_test.SIZE)), "--fov", str(view_test.FOV_DEGREES), "-o", out],
+                   check=True, stderr=subprocess.DEVNULL)
+    return view_test.picture(out)[2]
+
+
+def difference(one, other):
+    return sum(abs(a - b) for p, q in zip(one, other) for a, b in zip(p, q)) / (3 * len(one))
+
+
+def test_arrows(viewer, above):
+    """`above`: the picture with each layer on top."""
+    def click(x, row):
+        viewer.move(x, ROWS_Y[row])
+        viewer.xdotool("click", 1)
+
+    def shows(layer):
+        return lambda: difference(view_test.picture(viewer.screenshot())[2], above[layer]) < 1.0
+
+    viewer.wait_until_complete()
+    assert difference(above["day"], above["night"]) > 20.0, "both look alike"
+    assert shows("night")(), "the last layer of the scene lies on top"
+    viewer.key("i")
+    view_test.wait_for("a panel", lambda: min(view_test.window_picture(viewer, "panel.png")[ROWS_Y[0] * view_test.SIZE[0] + DOWN_X]) > 150)
+    click(DOWN_X, 0)
+    view_test.wait_for("the picture of the day", shows("day"))
+    # Arrows that lead nowhere: up from the top, down from the bottom.
+    click(UP_X, 0)
+    click(DOWN_X, 1)
+    assert shows("day")(), "a layer went beyond the others"
+    # The rows have changed places with their layers.
+    click(UP_X, 1)
+    view_test.wait_for("the picture of the night", shows("night"))
+    viewer.key("i")
+
+
+def main():
+    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
+    if missing:
+        print("skipped, not installed: " + " ".join(missing))
+        return view_test.SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    for layer, raster in LAYERS.items():
+        subprocess.run([program, "build", os.path.join(folder, f"{layer}.tdb"), os.path.join(source, "data/earth", raster), "--kind", "imagery",
+                        "--tiling", "cube", "--max-level", "1"], check=True, stderr=subprocess.DEVNULL)
+    scene = scene_file(folder, "night_above.toml", "day", "night")
+    above = {"night": rendered(program, scene, folder), "day": rendered(program, scene_file(folder, "day_above.toml", "night", "day"), folder)}
+    display = view_test.Display()
+    viewer = None
+    try:
+        viewer = view_test.Viewer(program, display, folder, scene, CAMERA)
+        test_arrows(viewer, above)
+    finally:
+        if viewer:
+            viewer.end()
+        display.stop()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
