@@ -320,13 +320,22 @@ class Walk {
     late_->slowTo(60ms);
   }
 
+  /// A tile parts only when all four of its children have come, and what touches it: without some of them between two
+  /// frames a slow machine sees nothing on its way.
+  void takeSome() {
+    constexpr int kArrivals = 10;
+    for (int i = 0; i < kArrivals && lastView_; ++i) {
+      if (globe_->update(*lastView_, options()).statistics.tilesWanted == 0) return;
+      globe_->waitForArrivals(100ms);
+    }
+  }
+
   void step() {
     moveALittle(eye_, random_);
     time_s_ += 1.0 / 60.0;
     if (random_() % 30 == 0) globe_->exaggeration() = uniform(random_, 0.0, 5.0);
     if (!late_) return;
-    // What comes in time is drawn on its way: without a wait for something a slow machine sees none of it.
-    globe_->waitForArrivals(200ms);
+    takeSome();
     std::this_thread::sleep_for(std::chrono::milliseconds(random_() % 30));
   }
 
@@ -346,6 +355,7 @@ class Walk {
   }
 
   const scene::Frame& frameFor(const scene::View& view) {
+    lastView_ = view;
     return late_ ? globe_->update(view, options()) : wholeFrame(view, options());
   }
 
@@ -421,6 +431,7 @@ class Walk {
   tiling::Tiling tiling_;
   std::unique_ptr<scene::Globe> globe_;
   Eye eye_;
+  std::optional<scene::View> lastView_;
   double tolerance_px_ = 1.0;
   bool hasClock_ = true;
   double time_s_ = 0.0;
