@@ -87,14 +87,14 @@ class Collection {
     const double geometry = share(parent.error_px, own_px, options_.tolerance_px);
     const double texture = share(parent.texel_px, 0.5 * parent.texel_px, options_.texelTolerance_px);
     const double samples = share(parent.spacing_px, 0.5 * parent.spacing_px, options_.maxSpacing_px);
-    const double own = node.presence * std::max({geometry, texture, samples});
+    const double own = static_cast<double>(node.presence) * std::max({geometry, texture, samples});
     return static_cast<float>(std::max(own, aheadOf(node)));
   }
 
   /// Where nothing is remembered it has left it by the time it is split, be it for a neighbour's sake.
   double aheadOf(const CutNode& node) const {
     if (history_ != nullptr) return 0.0;
-    return std::clamp((node.due - kBeforehand) / (1.0 - kBeforehand), 0.0, 1.0);
+    return std::clamp((static_cast<double>(node.due) - kBeforehand) / (1.0 - kBeforehand), 0.0, 1.0);
   }
 
   /// Ground that is far off hurries: from twice the tolerance on, in proportion.

@@ -11,7 +11,7 @@ constexpr double kMissingRoot = 1e9;
 constexpr double kUnseenRoot = 1e8;   ///< the horizon needs the depths that it tells: occluderDepth_m of select()
 constexpr double kNoPicture = 10.0;   ///< how much more what is not there at all counts than what is too coarse
 constexpr double kKeptNeed = 1e-6;    ///< of tiles that were split in the last frame: after all others
-constexpr double kForeseen = 0.7;     ///< less of it is of no consequence
+constexpr float kForeseen = 0.7f;     ///< less of it is of no consequence
 constexpr double kLeastShare = 1e-6;  ///< of the picture: what is not in it, but needed beside it
 
 /// Bytes that drawing it would copy.
@@ -92,7 +92,8 @@ class Growth {
       foresee();
       for (int i = 0; i < static_cast<int>(before); ++i) {
         const CutNode& node = at(i);
-        if (node.due > 1.0 && node.firstChild < 0 && node.seen) enqueue({.need = node.due, .id = node.id, .node = i});
+        if (node.due > 1.0f && node.firstChild < 0 && node.seen)
+          enqueue({.need = static_cast<double>(node.due), .id = node.id, .node = i});
       }
       refine();
     }
@@ -114,7 +115,7 @@ class Growth {
   }
 
   void pushToCoarser(int node) {
-    const auto due = static_cast<float>(at(node).due / kBeforehand);
+    const float due = at(node).due / static_cast<float>(kBeforehand);
     if (due <= kForeseen || !at(node).seen) return;
     for (std::size_t place = 0; place < kAround; ++place) {
       const int cover = forest_.covering(node, place);
