@@ -29,7 +29,7 @@ grain = np.random.default_rng(1).normal(size=heights.shape).astype(np.float32)
 for axis in (0, 1):  # hills of a few pixels
     grain = grain + np.roll(grain, 1, axis) + np.roll(grain, -1, axis) + np.roll(grain, 2, axis)
 fine.GetRasterBand(1).WriteArray(np.rint(heights + 3.0 * grain).astype(np.int16))
-gdal.Translate(f"{work}/earth.tif", fine, format="COG", creationOptions=["COMPRESS=ZSTD", "PREDICTOR=YES", "OVERVIEWS=NONE"])
+gdal.Translate(f"{work}/earth.tif", fine, format="COG", creationOptions=["COMPRESS=ZSTD", "PREDICTOR=YES", "OVERVIEWS=NONE", "BLOCKSIZE=256"])
 PYTHON
 fi
 for tiling in geographic cube healpix; do

@@ -95,10 +95,12 @@ io::Result<std::optional<ColourAnswer>> ColourQuery::at(const geo::Direction& pl
 io::Result<void> ColourQuery::at(std::span<const geo::Direction> places, std::span<std::optional<ColourAnswer>> answers,
                                  const ColourQuestion& question) const {
   assert(places.size() == answers.size());
-  return state_->tiles.visit(places, question.level.value_or(tiling::kMaxLevel),
-                             [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) {
-                               answers[i] = state_->answer(p, tile, question);
-                             });
+  return state_->tiles.visit(
+      places, question.level.value_or(tiling::kMaxLevel),
+      [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) {
+        answers[i] = state_->answer(p, tile, question);
+      },
+      [&](std::size_t i) { __builtin_prefetch(&answers[i], 1); });
 }
 
 }  // namespace tellurion::pyramid

@@ -96,11 +96,6 @@ std::uint64_t bytesOf(const QueryTile& tile) {
 
 }  // namespace
 
-TilePlace placeIn(const TileId& id, const tiling::RootPoint& p) {
-  const auto tiles = static_cast<double>(std::int64_t{1} << id.level);
-  return {p.u * tiles - id.x, p.v * tiles - id.y};
-}
-
 bool QueryTile::hasFiner(const tiling::RootPoint& p) const {
   if (childMask == 0) return false;
   const TilePlace place = placeIn(id, p);

@@ -26,6 +26,8 @@ struct QueryTile {
   bool answers(const tiling::RootPoint& p, int level) const;
   /// Whether a deeper tile is stored under a place that is on this one.
   bool hasFiner(const tiling::RootPoint& p) const;
+  /// Begins to bring the heights around a place into the processor's cache, if it is on this tile.
+  void fetchAround(const tiling::RootPoint& p) const;
 };
 
 /// A place of a tile's square, in [0, 1], t down.
@@ -33,7 +35,20 @@ struct TilePlace {
   double s = 0.0;
   double t = 0.0;
 };
-TilePlace placeIn(const tiling::TileId& id, const tiling::RootPoint& p);
+inline TilePlace placeIn(const tiling::TileId& id, const tiling::RootPoint& p) {
+  const auto tiles = static_cast<double>(std::int64_t{1} << id.level);
+  return {p.u * tiles - id.x, p.v * tiles - id.y};
+}
+
+inline void QueryTile::fetchAround(const tiling::RootPoint& p) const {
+  const TilePlace place = placeIn(id, p);
+  const bool isHere = p.root == id.root && place.s >= 0.0 && place.s < 1.0 && place.t >= 0.0 && place.t < 1.0;
+  if (!isHere || heights.samples.empty()) return;
+  const int cells = heights.width - 1;
+  const float* top = &heights.at(static_cast<int>(place.s * cells), static_cast<int>(place.t * cells));
+  __builtin_prefetch(top);
+  __builtin_prefetch(top + heights.width);
+}
 
 /// The tiles of a source that places are asked of, decoded ones kept up to a budget. Thread-safe.
 class QueryTiles {
@@ -53,8 +68,10 @@ class QueryTiles {
 
   /// Calls visit(i, root point, tile or null) for each place: those on one tile one after the other, so that each tile
   /// is looked for once; not in the order of the places. Places with NaN get null. Stops at the first failure.
-  template <class Visit>
-  io::Result<void> visit(std::span<const geo::Direction> places, int level, const Visit& visit);
+  /// announce(i) comes a little before it, to fetch what visit(i) will write to.
+  template <class Visit, class Announce>
+  io::Result<void> visit(std::span<const geo::Direction> places, int level, const Visit& visit,
+                         const Announce& announce);
 
  private:
   using TileCache = raster::SharedCache<tiling::TileId, QueryTile, tiling::TileIdHash>;
@@ -88,11 +105,22 @@ struct OrderedPlaces {
 };
 OrderedPlaces alongTheCurve(const tiling::Tiling& tiling, std::span<const geo::Direction> places);
 
-template <class Visit>
-io::Result<void> QueryTiles::visit(std::span<const geo::Direction> places, int level, const Visit& visit) {
+template <class Visit, class Announce>
+io::Result<void> QueryTiles::visit(std::span<const geo::Direction> places, int level, const Visit& visit,
+                                   const Announce& announce) {
   const OrderedPlaces ordered = alongTheCurve(tiling_, places);
+  const std::vector<std::uint32_t>& order = ordered.order;
+  constexpr std::size_t kAhead =
+      16;                           // places and answers lie anywhere in memory: they are fetched while others are made
+  constexpr std::size_t kSoon = 6;  // and so are samples, once the place is here
   Pointer tile;
-  for (const std::uint32_t i : ordered.order) {
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    if (k + kAhead < order.size()) {
+      __builtin_prefetch(&ordered.points[order[k + kAhead]]);
+      announce(order[k + kAhead]);
+    }
+    if (tile != nullptr && k + kSoon < order.size()) tile->fetchAround(ordered.points[order[k + kSoon]]);
+    const std::uint32_t i = order[k];
     const tiling::RootPoint& p = ordered.points[i];
     if (tile == nullptr || !tile->answers(p, level)) {
       auto found = finest(p, level);
