@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <unordered_map>
 
 #include "geo/body.h"
@@ -69,14 +70,15 @@ TEST_P(CutGrowth, inPartsIsAsAtOnce) {
                         .roll = {}};
     const View view = viewOf(camera, kEarth, geo::Angle::degrees(50.0), {.width = 1000, .height = 700});
     const CutOptions options{.tolerance_px = 0.3};
-    const CutSight sight(view, kEarth, options, 500.0, options.morph);
+    const CutSight sight(view, kEarth, options, 500.0, options.morph, false);
     const CutPast past(nullptr);
     const GrowthRules rules{.tiling = tiling, .options = options, .sight = sight, .past = past, .tree = tree};
     GrowthBuffers whole;
     GrowthBuffers parts;
     Selection ofWhole;
     Selection ofParts;
-    growCut(rules, whole, ofWhole);
+    growRoots(rules, whole, ofWhole);
+    growOn(rules, std::numeric_limits<std::size_t>::max(), whole, ofWhole);
     growRoots(rules, parts, ofParts);
     const std::size_t most = 1 + random() % 20;
     while (growOn(rules, most, parts, ofParts) == most)

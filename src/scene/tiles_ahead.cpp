@@ -32,9 +32,10 @@ void TilesAhead::look(const std::optional<View>& expected, const CutOptions& opt
 void TilesAhead::begin(const View& expected, const CutOptions& options, TileForest& forest) {
   begun_s_ = options.time_s;
   const ContentMaker& maker = forest.maker();
-  cut_.emplace(Cut{.options = options,
-                   .sight = CutSight(expected, maker.ellipsoid, options, forest.occluderDepth_m(), options.morph),
-                   .begunIn = forest.updates()});
+  cut_.emplace(
+      Cut{.options = options,
+          .sight = CutSight(expected, maker.ellipsoid, options, forest.occluderDepth_m(), options.morph, false),
+          .begunIn = forest.updates()});
   clear(out_);
   steps_ = 0;
   const CutPast past(nullptr);
