@@ -71,7 +71,9 @@ class ProceduralSource final : public raster::TileSource {
       ++requests_[id];
     }
     if (delay) delay(id);
-    if (failing.count(id) != 0) return io::fail(io::Failure::Code::ioError, "made to fail", "procedural");
+    if (failing.count(id) != 0)
+      return io::fail(io::Failure::Code::ioError, "made to fail",
+                      info_.kind == raster::Kind::elevation ? "heights" : "colours");
     if (id.level > info_.maxLevel || !stored(id)) return std::optional<raster::SourceTile>();
     raster::SourceTile tile;
     for (int q = 0; q < 4; ++q) {
