@@ -27,6 +27,8 @@ class Collection {
     if (usesCorners_) settleCorners();
     for (const DrawnLeaf& leaf : leaves_)
       draw(leaf);
+    // What was only to be made ready for a later split leaves nothing too coarse.
+    out_.cappedByBudget = out_.cappedByBudget && (isTooCoarse_ || out_.maxScreenError_px > options_.tolerance_px);
     if (history_ != nullptr) remember(forest_, *history_->now);
   }
 
@@ -37,6 +39,7 @@ class Collection {
     for (int i = 0; i < static_cast<int>(forest_.nodes.size()); ++i) {
       const CutNode& node = forest_.at(i);
       if (node.firstChild >= 0) continue;
+      isTooCoarse_ = isTooCoarse_ || (node.seen && node.need > 1.0);
       CornerLattice::Leaf corners{.id = node.id, .drawn = node.isDrawn()};
       if (corners.drawn) {
         corners.coarseEdges = coarseEdgesOf(i);
@@ -137,6 +140,7 @@ class Collection {
   std::vector<DrawnLeaf>& leaves_;
   CornerLattice& corners_;
   Selection& out_;
+  bool isTooCoarse_ = false;  ///< something that may be in the picture, or soon, asks for a split that was not made
 };
 
 }  // namespace

@@ -193,12 +193,34 @@ TEST_P(SelectOn, trianglesAndBytesHaveTheirBudgets) {
     options.maxTriangles = std::max<std::int64_t>(whole / 2, 12 * FakeTree::kTriangles);
     const Selection s = selected(view, tree, options);
     EXPECT_LE(costOf(s), options.maxTriangles);
-    EXPECT_EQ(s.cappedByBudget, whole > options.maxTriangles);
+    EXPECT_EQ(s.cappedByBudget, s.maxScreenError_px > all.tolerance_px);
     expectBalancedAndDisjoint(s);
     CutOptions bytes = all;
     bytes.maxBytes = static_cast<std::uint64_t>(options.maxTriangles) * FakeTree::kBytesATriangle;
     EXPECT_EQ(idsOf(selected(view, tree, bytes).drawn), idsOf(s.drawn)) << "each triangle has as many bytes";
   }
+}
+
+TEST_P(SelectOn, aBudgetIsSpentOnlyWhereTheGroundIsTooCoarseForIt) {
+  std::mt19937_64 random = geo::seededGenerator();
+  FakeTree tree(tiling);
+  int toldOf = 0, notToldOf = 0;
+  for (int i = 0; i < 6; ++i) {
+    const View view = randomView(random);
+    CutOptions options{.tolerance_px = 1.0, .maxTiles = 100000, .morph = false};
+    const auto least = static_cast<int>(leavesOf(selected(view, tree, options)).size());
+    options.morph = true;
+    const auto most = static_cast<int>(leavesOf(selected(view, tree, options)).size());
+    for (options.maxTiles = least / 2; options.maxTiles < most + 10;
+         options.maxTiles += std::max(1, (most - least / 2) / 12)) {
+      const Selection s = selected(view, tree, options);
+      if (!s.cappedByBudget) ASSERT_LE(s.maxScreenError_px, options.tolerance_px) << options.maxTiles << " of " << most;
+      if (options.maxTiles >= most) ASSERT_FALSE(s.cappedByBudget);
+      if (options.maxTiles < most) ++(s.cappedByBudget ? toldOf : notToldOf);
+    }
+  }
+  EXPECT_GT(toldOf, 0);
+  EXPECT_GT(notToldOf, 0) << "what is only made ready was to be left out";
 }
 
 TEST_P(SelectOn, missingRootsAreWantedFirst) {

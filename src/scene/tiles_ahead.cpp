@@ -8,6 +8,7 @@ namespace tellurion::scene {
 namespace {
 
 constexpr double kEach_s = 0.1;
+constexpr double kMostOfOne = 0.25;  ///< of a cut in an update: frames that take long do not take longer for it
 constexpr std::size_t kMost = 64;
 constexpr double kLess = 1e-19;  ///< a picture's own wants differ by less
 
@@ -25,8 +26,8 @@ void TilesAhead::look(const std::optional<View>& expected, const CutOptions& opt
   const bool isDue = !begun_s_ || now_s < *begun_s_ || now_s >= *begun_s_ + kEach_s;
   if (isDue && !cut_) begin(*expected, options, forest);
   if (!cut_) return;
-  const double since_s = before_s ? now_s - *before_s : kEach_s;
-  goOn(since_s >= 0.0 ? std::min(since_s / kEach_s, 1.0) : 1.0, forest);
+  const double since_s = before_s ? std::max(now_s - *before_s, 0.0) : kEach_s;
+  goOn(std::min(since_s / kEach_s, kMostOfOne), forest);
 }
 
 void TilesAhead::begin(const View& expected, const CutOptions& options, TileForest& forest) {
@@ -47,8 +48,8 @@ void TilesAhead::begin(const View& expected, const CutOptions& options, TileFore
 void TilesAhead::goOn(double share, TileForest& forest) {
   constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
   constexpr double kLeast = 16.0;
-  const bool isWhole = share >= 1.0 || lastSteps_ == kAll;
-  const std::size_t most = isWhole ? kAll : static_cast<std::size_t>(share * static_cast<double>(lastSteps_) + kLeast);
+  const bool isFirst = lastSteps_ == kAll;
+  const std::size_t most = isFirst ? kAll : static_cast<std::size_t>(share * static_cast<double>(lastSteps_) + kLeast);
   const CutPast past(nullptr);
   const std::size_t done = growOn(
       {.tiling = forest.maker().tiling, .options = cut_->options, .sight = cut_->sight, .past = past, .tree = forest},

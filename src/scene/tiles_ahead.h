@@ -15,9 +15,9 @@ namespace tellurion::scene {
 /// What a view that is expected soon will want of a forest. One thread only.
 class TilesAhead {
  public:
-  /// Cuts for `expected`, where there is such a view, ten times a second by the options' clock, in each update as much
-  /// of the cut as its share of the time: so no frame takes longer than others for it. After the cut for what is drawn,
-  /// in the same update of the forest, always the same one.
+  /// Cuts for `expected`, where there is such a view, at most ten times a second by the options' clock, in each update
+  /// as much of the cut as its share of the time, at most a quarter: so no frame takes longer than others for it. After
+  /// the cut for what is drawn, in the same update of the forest, always the same one.
   void look(const std::optional<View>& expected, const CutOptions& options, TileForest& forest);
   /// Of that what is not here yet and can be asked for, the most urgent first, all less urgent than anything that a
   /// picture wants; a few dozen at most. Valid until the next call.
