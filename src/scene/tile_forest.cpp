@@ -1,6 +1,7 @@
 #include "scene/tile_forest.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -25,8 +26,10 @@ std::uint64_t shareOf(std::uint64_t picture_bytes, int levelsBelow) {
 void expectReading(const TileRecord* r) {
   if (r == nullptr) return;
   constexpr std::ptrdiff_t kLine = 64;
+  const auto* begin = reinterpret_cast<const char*>(&r->parts);
   const auto* end = reinterpret_cast<const char*>(&r->lastWanted);
-  for (const auto* line = reinterpret_cast<const char*>(&r->parts); line < end; line += kLine)
+  assert(begin < end);  // the members stand in the order of reading
+  for (const auto* line = begin; line < end; line += kLine)
     __builtin_prefetch(line);
 }
 

@@ -44,8 +44,8 @@ class TileForest final : public TileTree {
   /// How deep below the ellipsoid the ground lies at most, as far as the roots tell.
   double occluderDepth_m() const;
   /// Drops what has not been used for longest until contents take no more than that; never what this update used, nor
-  /// what was used since the update of number `heldSince`. What it costs goes with what is dropped, not with what there
-  /// is.
+  /// what was used since the update of number `heldSince`: by so much it may be more. What it costs goes with what is
+  /// dropped, not with what there is.
   void evict(std::uint64_t budgetBytes, std::uint64_t heldSince = std::numeric_limits<std::uint64_t>::max());
 
  private:

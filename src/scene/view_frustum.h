@@ -32,14 +32,16 @@ class ViewFrustum {
   std::array<geo::Vec3, 5> inward_;  ///< unit normals of planes through the eye
 };
 
+/// Of isBeyondHorizon(), once the last corner is known to be hidden.
+bool isBeyondHorizonWithItsTop(const OrientedBox& box, const geo::Horizon& horizon);
+
 /// Conservative: true only when every point of the box is hidden. The points hidden behind an ellipsoid are a convex
 /// set (its shadow cone, cut off at the horizon's plane), so eight corners decide: first one of the upper, which are
 /// the last to be hidden, and of most boxes no other is looked at.
-bool isBeyondHorizonWithItsTop(const OrientedBox& box,
-                               const geo::Horizon& horizon);  ///< of which that corner is hidden
 inline bool isBeyondHorizon(const OrientedBox& box, const geo::Horizon& horizon) {
   return horizon.hides(box.corner(OrientedBox::kCorners - 1)) && isBeyondHorizonWithItsTop(box, horizon);
 }
+
 /// The largest geo::Horizon::clearance of the box.
 double clearanceOfHorizon(const OrientedBox& box, const geo::Horizon& horizon);
 
