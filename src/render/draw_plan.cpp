@@ -28,13 +28,6 @@ void DrawPlan::make(const scene::Frame& frame, std::span<ResidentTile> tiles, st
   orderTiles(tiles, eye);
   findParts();
   if (parts_.size() > kMostDrawCalls) {
-    for (ResidentTile& tile : tiles) {
-      if (tile.colours.kind == Kind::night) tile.colours.kind = Kind::layered;
-    }
-    orderTiles(tiles, eye);
-    findParts();
-  }
-  if (parts_.size() > kMostDrawCalls) {
     mergeParts(tiles);
     orderTiles(tiles, eye);
   }

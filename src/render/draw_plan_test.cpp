@@ -121,16 +121,20 @@ TEST_F(DrawPlanTest, NightLightsHaveAProgramOfTheirOwnWithinFourDrawCalls) {
     EXPECT_EQ(record.pictureCount, 3);  // the layer of the lamps
 }
 
-TEST_F(DrawPlanTest, BeyondThatTheyGoWithTheOthers) {
+TEST_F(DrawPlanTest, BeyondThatAsManyAsMustGoWithTilesOfSeveralPictures) {
   for (std::uint32_t i = 0; i < 5; ++i)
     add(0, i, 7, 1e6);
   plan();
-  ASSERT_EQ(plan_.groups().size(), 1u);
-  EXPECT_EQ(groupsOf(Kind::layered), 1u);
-  EXPECT_EQ(plan_.groups()[0].run.count, 5u);
-  for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ(plan_.records()[i].pictureCount, 2);  // records
-    EXPECT_EQ(plan_.records()[i].colourLayer, static_cast<std::int32_t>(2 * i));
+  ASSERT_EQ(plan_.groups().size(), 4u);
+  EXPECT_EQ(groupsOf(Kind::night), 3u);
+  for (const DrawGroup& group : plan_.groups()) {
+    EXPECT_EQ(group.run.count, group.kind == Kind::layered ? 2u : 1u);
+    for (std::size_t c = group.run.first; c < group.run.first + group.run.count; ++c) {
+      const std::uint32_t tile = plan_.commands()[c].baseInstance;
+      const TileRecord& record = plan_.records()[tile];
+      EXPECT_EQ(record.pictureCount, group.kind == Kind::layered ? 2 : 3);  // records, or the layer of the lamps
+      EXPECT_EQ(record.colourLayer, group.kind == Kind::layered ? static_cast<std::int32_t>(2 * tile) : 3);
+    }
   }
 }
 
