@@ -27,7 +27,7 @@ std::uint64_t bytesOf(const scene::TerrainMesh& mesh);
 /// one draw call. The first chunk is small and grows once, into one that is enough for most scenes; each further one is
 /// larger than the one before, and the last that there may be has what is left of the budget. At the budget the meshes
 /// used longest ago leave. What a frame needs always gets in, over the budget if it must: a hole in the ground is
-/// worse. The last chunk grows for it then, by an eighth of all there is. GL thread only.
+/// worse. A further chunk is made for that, or the last one grows, by an eighth of all there is. GL thread only.
 class GeometryArena {
  public:
   static constexpr std::size_t kMostChunks = 4;
