@@ -1,6 +1,8 @@
 // However many chunks and blocks of GPU memory a frame lies in, it goes out in four draw calls and is the same picture.
 
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "geo/seed_test.h"
 #include "render/draw_plan.h"
