@@ -8,10 +8,6 @@ namespace {
 
 using Kind = TileColours::Kind;
 
-// With more draw calls than this, tiles with night lights are drawn like others of several pictures, which read all
-// blocks at once.
-constexpr std::size_t kMostGroups = 4;
-
 std::uint32_t blockOf(const TexturePlace* place) {
   return place != nullptr ? place->block : 0;
 }
@@ -30,10 +26,9 @@ void DrawPlan::make(const scene::Frame& frame, std::span<ResidentTile> tiles, st
                     const SnappedEye& eye) {
   colourTiles(frame, tiles, pictures);
   orderTiles(tiles, eye);
-  if (countGroups() > kMostGroups) {
-    for (ResidentTile& tile : tiles) {
-      if (tile.colours.kind == Kind::night) tile.colours.kind = Kind::layered;
-    }
+  findParts();
+  if (parts_.size() > kMostDrawCalls) {
+    mergeParts(tiles);
     orderTiles(tiles, eye);
   }
   const geo::Vec3f ground = bareGround(frame);
@@ -65,23 +60,43 @@ void DrawPlan::orderTiles(std::span<const ResidentTile> tiles, const SnappedEye&
   turns_.clear();
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const TileColours& colours = tiles[i].colours;
+    const bool readsAll = colours.kind == Kind::layered;
     const geo::Vec3f origin_rte(tiles[i].tile->mesh->origin.m - eye.eye_body);
     turns_.push_back({.chunk = tiles[i].mesh->chunk,
                       .kind = colours.kind,
-                      .colourBlock = colours.kind == Kind::layered ? 0 : blockOf(colours.one.place),
+                      .colourBlock = readsAll ? 0 : blockOf(colours.one.place),
                       .lampsBlock = colours.kind == Kind::night ? blockOf(colours.lamps.place) : 0,
-                      .reliefBlock = blockOf(tiles[i].relief),
+                      .reliefBlock = readsAll ? 0 : blockOf(tiles[i].relief),
                       .distance = geo::dot(origin_rte, origin_rte),
                       .tile = static_cast<std::uint32_t>(i)});
   }
   std::sort(turns_.begin(), turns_.end());
 }
 
-std::size_t DrawPlan::countGroups() const {
-  std::size_t count = turns_.empty() ? 0 : 1;
-  for (std::size_t i = 1; i < turns_.size(); ++i)
-    if (turns_[i].group() != turns_[i - 1].group()) ++count;
-  return count;
+void DrawPlan::findParts() {
+  parts_.clear();
+  for (std::size_t i = 0; i < turns_.size(); ++i) {
+    if (i == 0 || turns_[i].group() != turns_[i - 1].group())
+      parts_.push_back({.chunk = turns_[i].chunk, .kind = turns_[i].kind, .first = i, .count = 0});
+    ++parts_.back().count;
+  }
+}
+
+/// Tiles of several pictures read all blocks, so those of a chunk go out together, and any tile may be drawn like them.
+/// That costs more a pixel, so the parts of fewest tiles are, and no more of them than must.
+void DrawPlan::mergeParts(std::span<ResidentTile> tiles) {
+  std::ranges::sort(parts_, {}, [](const Part& part) { return part.count; });
+  std::size_t calls = parts_.size();
+  for (Part& part : parts_) {
+    if (calls <= kMostDrawCalls) return;
+    const auto isBeside = [&](const Part& other) { return &other != &part && other.chunk == part.chunk; };
+    if (part.kind == Kind::layered || std::ranges::none_of(parts_, isBeside)) continue;
+    const auto takesIt = [&](const Part& other) { return isBeside(other) && other.kind == Kind::layered; };
+    if (std::ranges::any_of(parts_, takesIt)) --calls;
+    part.kind = Kind::layered;
+    for (std::size_t i = part.first; i < part.first + part.count; ++i)
+      tiles[turns_[i].tile].colours.kind = Kind::layered;
+  }
 }
 
 void DrawPlan::writeCommands(std::span<const ResidentTile> tiles) {

@@ -15,10 +15,14 @@ struct DrawGroup {
   TileColours::Kind kind = TileColours::Kind::one;
   std::uint32_t colourBlock = 0;  ///< of `one` and `night`; tiles of several pictures read all blocks
   std::uint32_t lampsBlock = 0;   ///< of `night`
-  std::uint32_t reliefBlock = 0;
-  float nearest = 0.0f;  ///< squared distance of its nearest tile
+  std::uint32_t reliefBlock = 0;  ///< of `one` and `night`
+  float nearest = 0.0f;           ///< squared distance of its nearest tile
   CommandRun run;
 };
+
+/// A frame's ground goes out in at most so many draw calls, or in one for each chunk of meshes where there are more
+/// chunks; GeometryArena has no more.
+inline constexpr std::size_t kMostDrawCalls = 4;
 
 /// Which draw calls make a frame's ground, in which order, and what the GPU reads for them. Plain data without OpenGL;
 /// allocates nothing once frames repeat. One thread only.
@@ -50,12 +54,21 @@ class DrawPlan {
     auto group() const;
     bool operator<(const Turn& o) const;
   };
+  /// Turns of one group.
+  struct Part {
+    std::uint32_t chunk = 0;
+    TileColours::Kind kind = TileColours::Kind::one;
+    std::size_t first = 0;
+    std::size_t count = 0;
+  };
   void colourTiles(const scene::Frame& frame, std::span<ResidentTile> tiles, std::span<const ResidentPicture> pictures);
   void orderTiles(std::span<const ResidentTile> tiles, const SnappedEye& eye);
-  std::size_t countGroups() const;
+  void findParts();
+  void mergeParts(std::span<ResidentTile> tiles);
   void writeCommands(std::span<const ResidentTile> tiles);
 
   std::vector<Turn> turns_;
+  std::vector<Part> parts_;
   std::vector<TileRecord> records_;
   std::vector<DrawCommand> commands_;
   std::vector<PictureRecord> pictureRecords_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace tellurion::render {
@@ -14,7 +15,8 @@ constexpr std::uint32_t kIndexBytes = sizeof(std::uint16_t);
 constexpr std::uint64_t kFirstChunkBytes = 8u << 20u;  // most scenes outgrow it once, and its successor never
 constexpr std::uint64_t kGrowth = 4;
 constexpr std::uint64_t kNextChunkBytes = 24u << 20u;  // times the number of chunks there are and one
-constexpr std::uint64_t kSmallChunkBytes = 1u << 20u;  // the last one of the budget, and those beyond it
+constexpr std::uint64_t kSmallChunkBytes = 1u << 20u;  // the last one of the budget, and steps beyond it
+constexpr std::uint64_t kExcessShare = 8;              // such a step is at least that part of all there is
 constexpr double kVertexShare = 0.7;                   // of a tile's geometry
 
 void describeVertices(GLuint vao) {
@@ -71,21 +73,45 @@ const MeshPlace* GeometryArena::upload(const scene::TerrainMesh& mesh, std::uint
 }
 
 std::optional<MeshPlace> GeometryArena::makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed) {
-  const auto last = [this] { return static_cast<std::uint32_t>(chunks_.size() - 1); };
   for (std::uint32_t chunk = 0; chunk < chunks_.size(); ++chunk) {
     if (const auto place = placeIn(chunk, mesh)) return place;
   }
-  const std::uint64_t left = budget_ - std::min(bytes_, budget_);
-  if (chunks_.size() == 1 && growFirstChunk(left)) {
-    if (const auto place = placeIn(0, mesh)) return place;
-  }
-  const std::uint64_t next = chunks_.empty() ? kFirstChunkBytes : (chunks_.size() + 1) * kNextChunkBytes;
-  if (left >= kSmallChunkBytes && addChunk(std::min(next, left), mesh)) return placeIn(last(), mesh);
+  if (growWithin(budget_ - std::min(bytes_, budget_), mesh)) return placeIn(last(), mesh);
   while (const auto evicted = resident_.evictOldest(frame)) {
     release(*evicted);
     if (const auto place = placeIn(evicted->chunk, mesh)) return place;
   }
-  return mayExceed && addChunk(kSmallChunkBytes, mesh) ? placeIn(last(), mesh) : std::nullopt;
+  return mayExceed && growBeyond(mesh) ? placeIn(last(), mesh) : std::nullopt;
+}
+
+/// More room in the last chunk for a mesh that found none, of what is left of the budget.
+bool GeometryArena::growWithin(std::uint64_t left, const scene::TerrainMesh& mesh) {
+  if (chunks_.size() == 1) {
+    // Only once, and only by a good part.
+    const std::uint64_t before = chunks_.front().bytes();
+    const std::uint64_t wanted = std::min(kGrowth * kFirstChunkBytes, before + left);
+    if (wanted >= 2 * before && growLastChunk(wanted, mesh)) return true;
+  }
+  if (left < kSmallChunkBytes || chunks_.size() == kMostChunks) return false;
+  return addChunk(std::min(nextChunkBytes(left), left), mesh);
+}
+
+/// Chunks that are left must do for all that is left; each then makes what there is as many times as large.
+std::uint64_t GeometryArena::nextChunkBytes(std::uint64_t left) const {
+  if (chunks_.empty()) return kFirstChunkBytes;
+  const auto now = static_cast<double>(bytes_);
+  const double times = std::pow(1.0 + static_cast<double>(left) / now, 1.0 / double(kMostChunks - chunks_.size()));
+  const auto needed = static_cast<std::uint64_t>(std::ceil(now * (times - 1.0)));
+  return std::max((chunks_.size() + 1) * kNextChunkBytes, needed);
+}
+
+bool GeometryArena::growBeyond(const scene::TerrainMesh& mesh) {
+  const std::uint64_t step = std::max(kSmallChunkBytes, bytes_ / kExcessShare);
+  return chunks_.size() < kMostChunks ? addChunk(step, mesh) : growLastChunk(chunks_.back().bytes() + step, mesh);
+}
+
+std::uint32_t GeometryArena::last() const {
+  return static_cast<std::uint32_t>(chunks_.size() - 1);
 }
 
 std::optional<MeshPlace> GeometryArena::placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh) {
@@ -126,15 +152,15 @@ bool GeometryArena::addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh
   return true;
 }
 
-/// Meshes stay where they are. Only once, and only by a good part.
-bool GeometryArena::growFirstChunk(std::uint64_t leftBytes) {
-  Chunk& chunk = chunks_.front();
+/// To about `bytes`; the mesh fits in behind what is there, which stays where it is.
+bool GeometryArena::growLastChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh) {
+  Chunk& chunk = chunks_.back();
   const std::uint64_t before = chunk.bytes();
-  const std::uint64_t wanted = std::min(kGrowth * kFirstChunkBytes, before + leftBytes);
-  if (wanted < 2 * before) return false;
-  const auto share = static_cast<double>(wanted);
-  const std::uint32_t vertices = unitsIn(share * kVertexShare, kVertexBytes, chunk.vertices.capacity());
-  const std::uint32_t indices = unitsIn(share * (1.0 - kVertexShare), kIndexBytes, chunk.indices.capacity());
+  const auto share = static_cast<double>(bytes);
+  const std::uint32_t vertices =
+      unitsIn(share * kVertexShare, kVertexBytes, chunk.vertices.capacity() + mesh.vertices.size());
+  const std::uint32_t indices =
+      unitsIn(share * (1.0 - kVertexShare), kIndexBytes, chunk.indices.capacity() + mesh.indices.size());
   Buffer vertexBuffer = grownBuffer(chunk.vertexBuffer, std::uint64_t{chunk.vertices.capacity()} * kVertexBytes,
                                     std::uint64_t{vertices} * kVertexBytes);
   Buffer indexBuffer = grownBuffer(chunk.indexBuffer, std::uint64_t{chunk.indices.capacity()} * kIndexBytes,

@@ -25,11 +25,13 @@ std::uint64_t bytesOf(const scene::TerrainMesh& mesh);
 
 /// All meshes that are on the GPU, in chunks: a vertex and an index buffer each, so that meshes of a chunk go out in
 /// one draw call. The first chunk is small and grows once, into one that is enough for most scenes; each further one is
-/// larger than the one before. At the budget the meshes used
-/// longest ago leave. What a frame needs always gets in, over the budget if it must: a hole in the ground is worse. GL
-/// thread only.
+/// larger than the one before, and the last that there may be has what is left of the budget. At the budget the meshes
+/// used longest ago leave. What a frame needs always gets in, over the budget if it must: a hole in the ground is
+/// worse. A further chunk is made for that, or the last one grows, by an eighth of all there is. GL thread only.
 class GeometryArena {
  public:
+  static constexpr std::size_t kMostChunks = 4;
+
   explicit GeometryArena(std::uint64_t budgetBytes);
 
   /// The place of a mesh that is here already, kept for this frame; null when it is not.
@@ -56,8 +58,12 @@ class GeometryArena {
   };
   std::optional<MeshPlace> makeRoom(const scene::TerrainMesh& mesh, std::uint64_t frame, bool mayExceed);
   std::optional<MeshPlace> placeIn(std::uint32_t chunk, const scene::TerrainMesh& mesh);
+  bool growWithin(std::uint64_t left, const scene::TerrainMesh& mesh);
+  bool growBeyond(const scene::TerrainMesh& mesh);
+  std::uint64_t nextChunkBytes(std::uint64_t left) const;
   bool addChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh);
-  bool growFirstChunk(std::uint64_t leftBytes);
+  bool growLastChunk(std::uint64_t bytes, const scene::TerrainMesh& mesh);
+  std::uint32_t last() const;
   void release(const MeshPlace& place);
 
   std::uint64_t budget_;

@@ -22,10 +22,11 @@ namespace shading {
 
 // Texture units, as the shaders of the terrain have them.
 constexpr GLuint kColourUnit = 0;
-constexpr GLuint kReliefUnit = 1;
+constexpr GLuint kLampsUnit = 1;
 constexpr GLuint kPictureUnit = 2;
-constexpr GLuint kFirstBlockUnit = 3;
-constexpr GLuint kLampsUnit = kFirstBlockUnit + shading::kMostBlocks;
+constexpr GLuint kFirstReliefUnit = 3;
+constexpr GLuint kFirstBlockUnit = kFirstReliefUnit + shading::kMostReliefBlocks;
+constexpr GLuint kUnits = kFirstBlockUnit + shading::kMostBlocks;
 
 /// std140, as frame_block.glsl declares it.
 struct FrameBlock {
@@ -105,12 +106,12 @@ io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu) {
   const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
     auto program = compileProgram(
         {define, shaders::frame_block, shaders::terrain_vert},
-        {define, shaders::constants, shaders::frame_block, shaders::lighting, shaders::ground, sampling, main});
+        {define, shaders::constants, shaders::frame_block, shaders::lighting, sampling, shaders::ground, main});
     if (!program) fine = tl::unexpected(program.error());
     return program ? std::move(*program) : Program();
   };
-  Programs programs{.one = compiled("", "", shaders::terrain_frag),
-                    .night = compiled("#define NIGHT\n", "", shaders::terrain_frag),
+  Programs programs{.one = compiled("", shaders::one_block, shaders::terrain_frag),
+                    .night = compiled("#define NIGHT\n", shaders::one_block, shaders::terrain_frag),
                     .layered = compiled("", layers, shaders::terrain_layers_frag),
                     .adjusted = compiled("#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
   if (!fine) return tl::unexpected(fine.error());
@@ -146,7 +147,7 @@ int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents) {
   glBindVertexArray(residents.geometry().vertexArray());
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock_.name());
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
-  for (GLuint unit = 0; unit <= kLampsUnit; ++unit)
+  for (GLuint unit = 0; unit < kUnits; ++unit)
     glBindSampler(unit, 0);
   for (const DrawGroup& group : plan.groups())
     drawGroup(group, plan.adjusts(), residents);
@@ -177,7 +178,9 @@ void GroundPass::drawGroup(const DrawGroup& group, bool adjusts, const GpuReside
   }
   residents.geometry().bind(group.run.chunk);
   glBindTextureUnit(kColourUnit, residents.colours().texture(group.colourBlock));
-  glBindTextureUnit(kReliefUnit, residents.reliefs().texture(group.reliefBlock));
+  // All of them for tiles that read all blocks, whose group names the first; the others read the first unit.
+  for (GLuint i = 0; i < shading::kMostReliefBlocks; ++i)
+    glBindTextureUnit(kFirstReliefUnit + i, residents.reliefs().texture(i == 0 ? group.reliefBlock : i));
   glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, group.run.offset(),
                               static_cast<GLsizei>(group.run.count), 0);
 }

@@ -36,8 +36,7 @@ int numberOf(BlendMode mode) {
 }
 
 float numberOf(const TexturePlace* place) {
-  if (place == nullptr) return -1.0f;
-  return static_cast<float>(place->layer + shading::kPlacesABlock * place->block);
+  return place == nullptr ? -1.0f : static_cast<float>(place->number());
 }
 
 /// Nothing below it shows.
@@ -89,12 +88,10 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
       out.one = pictures[i];
     }
   }
-  if (asItIs && lampCount == 0) {
-    records.resize(out.first);
-  } else if (asItIs && lampCount == 1 && out.lamps.place != nullptr) {
-    out.kind = TileColours::Kind::night;
-  } else {
+  if (!asItIs || lampCount > 1) {
     out.kind = TileColours::Kind::layered;
+  } else if (lampCount == 1) {
+    out.kind = out.lamps.place != nullptr ? TileColours::Kind::night : TileColours::Kind::layered;
   }
   out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   return out;

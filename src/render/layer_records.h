@@ -12,7 +12,7 @@ namespace tellurion::render {
 /// A picture as terrain_layers.frag.glsl reads it: three texels of a buffer, the last only where colours are adjusted.
 struct PictureRecord {
   geo::Vec4f window;      ///< offset, scale; of a picture without room its mean light and coverage
-  float place = -1.0f;    ///< layer + kPlacesABlock * block; -1: without room
+  float place = -1.0f;    ///< TexturePlace::number(); -1: without room
   float opacity = 0.0f;   ///< of its colours
   float lamps = 0.0f;     ///< strength of its night lights
   float blend = 0.0f;     ///< number of the blend mode, as shaders/constants.glsl has it
@@ -29,15 +29,15 @@ struct ResidentPicture {
 /// What draws a tile's colours.
 struct TileColours {
   enum class Kind : std::uint8_t {
-    one,      ///< one opaque picture as it is, or none
-    night,    ///< that, and one of night lights; may be drawn as `layered` too
+    one,      ///< one opaque picture as it is, or none; may be drawn as `layered` too
+    night,    ///< that, and one of night lights; likewise
     layered,  ///< what the range of records says
   };
   Kind kind = Kind::one;
   ResidentPicture one;
   ResidentPicture lamps;      ///< of `night`, not without room
   float lampStrength = 0.0f;  ///< and of those
-  std::uint32_t first = 0;    ///< of the range, which has all pictures, but for `one` alone
+  std::uint32_t first = 0;    ///< of the range, which has all pictures
   std::uint32_t count = 0;
 };
 

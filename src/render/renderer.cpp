@@ -64,6 +64,8 @@ io::Result<void> warmUp(GroundPass& ground, GpuResidents& residents) {
 
 }  // namespace
 
+static_assert(GeometryArena::kMostChunks <= kMostDrawCalls);
+
 struct Renderer::Parts {
   GpuResidents residents;
   GroundPass ground;

@@ -12,6 +12,7 @@ extern const std::string_view lighting;
 extern const std::string_view layers;
 extern const std::string_view blocks;
 extern const std::string_view blocks_software;
+extern const std::string_view one_block;
 extern const std::string_view exact_light;
 extern const std::string_view exact_light_software;
 extern const std::string_view ground;

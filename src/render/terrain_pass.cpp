@@ -9,7 +9,7 @@ namespace tellurion::render {
 namespace {
 
 constexpr double kGridPerMetre = 1024.0;  // steps of 2^-10 m
-constexpr float kGroundGrey = 0.35f;     // linear, where a scene has no imagery at all
+constexpr float kGroundGrey = 0.35f;      // linear, where a scene has no imagery at all
 
 double snapped(double metres) {
   return std::round(metres * kGridPerMetre) / kGridPerMetre;
@@ -117,6 +117,7 @@ TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::
     case TileColours::Kind::layered:
       record.colourLayer = static_cast<std::int32_t>(colours.first);
       record.pictureCount = static_cast<std::int32_t>(colours.count);
+      if (tile.relief != nullptr) record.reliefLayer = tile.relief->number();
       break;
   }
   return record;

@@ -101,11 +101,15 @@ geo::Vec4f meanLight(const scene::TextureImage& image) {
   return {light(mean.r), light(mean.g), light(mean.b), static_cast<float>(mean.a) / 255.0f};
 }
 
+std::int32_t TexturePlace::number() const {
+  return static_cast<std::int32_t>(layer) + shading::kPlacesABlock * static_cast<std::int32_t>(block);
+}
+
 TexturePool::TexturePool(std::uint64_t budgetBytes, PoolKind kind)
     : budget_(budgetBytes),
       kind_(kind),
       mostLayers_(static_cast<std::uint64_t>(largestArray())),
-      blocks_(shading::kMostBlocks) {
+      blocks_(kind == PoolKind::relief ? shading::kMostReliefBlocks : shading::kMostBlocks) {
   switch (kind) {
     case PoolKind::relief:
       placeholder_ = makePlaceholder(TexelFormat::linear);

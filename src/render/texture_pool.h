@@ -20,6 +20,9 @@ geo::Vec4f meanLight(const scene::TextureImage& image);
 struct TexturePlace {
   std::uint32_t block = 0;
   std::uint32_t layer = 0;
+
+  /// As shaders know it that read all blocks: layer + kPlacesABlock * block.
+  std::int32_t number() const;
 };
 
 /// What a pool is for. Pictures of other formats than it expects get in too, but drivers may compile shaders again for
@@ -29,9 +32,10 @@ enum class PoolKind : std::uint8_t { relief, colour, compressedColour };
 /// Pictures on the GPU as layers of 2D array textures. A block is one array of one shape. The first of a shape is small
 /// and grows once, into one that is enough for most scenes; each further one is larger than the one before, so that few
 /// of them (and few draw calls) hold many pictures, and none is made before it is needed. At the budget the pictures
-/// used longest ago leave. Never over the budget, but for one layer of each shape. There are kMostBlocks of them
-/// (shaders/constants.glsl), so a draw call can read them all: the last ones are as large as they must be, and pictures
-/// of a shape that comes too late find no room. GL thread only.
+/// used longest ago leave. Never over the budget, but for one layer of each shape. There are kMostBlocks of them,
+/// of reliefs kMostReliefBlocks (shaders/constants.glsl), so a draw call can read them all: the last ones are as large
+/// as they must be, and pictures of a shape that comes too late find no room. All reliefs of a scene are of one shape.
+/// GL thread only.
 class TexturePool {
  public:
   TexturePool(std::uint64_t budgetBytes, PoolKind kind);

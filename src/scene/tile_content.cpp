@@ -168,6 +168,7 @@ OrientedBox estimatedBox(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
                          const HeightRange& range) {
   constexpr int kSteps = 8;
   std::vector<geo::BodyPosition> points;
+  points.reserve(2 * (kSteps + 1) * (kSteps + 1));
   geo::Direction middle;
   geo::Vec3 across{0.0, 0.0, 0.0};
   for (int row = 0; row <= kSteps; ++row) {

@@ -16,8 +16,10 @@ const float kNightLightBlue = 0.45f;
 // Middle grey, about which contrast turns: linear light of half of full sRGB.
 const float kMiddleGrey = 0.2140411f;
 
-// Arrays of pictures that one draw call may read.
+// Arrays of pictures and of reliefs that one draw call may read: with the records of pictures 16 samplers, which is what
+// every OpenGL has.
 const int kMostBlocks = 12;
+const int kMostReliefBlocks = 3;
 const int kPlacesABlock = 65536;
 
 // Blend modes.

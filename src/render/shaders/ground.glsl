@@ -1,6 +1,4 @@
 // The end of every shader of the terrain: albedo and the strength of lamps, lit.
-layout(binding = 1) uniform sampler2DArray reliefs;
-
 in vec4 textureCoordinates;
 in vec3 upInterpolated_body;
 flat in ivec4 textureLayers;
@@ -8,7 +6,7 @@ flat in ivec4 textureLayers;
 layout(location = 0) out vec4 colour;
 
 vec3 shadedGround(vec3 albedo, float lamps) {
-  vec3 relief = reliefFromTexel(texture(reliefs, vec3(textureCoordinates.zw, float(textureLayers.y))).xyz);
+  vec3 relief = reliefFromTexel(reliefTexel(max(textureLayers.y, 0), textureCoordinates.zw));
   vec3 up_body = normalize(upInterpolated_body);
   vec3 normal_body = exaggeratedNormal(up_body + relief * float(textureLayers.y >= 0), up_body, switches.y + 1.0);
   vec3 lit = litGround(albedo, lamps, normal_body, up_body, toSun_body.xyz, toSun_body.w);

@@ -4,7 +4,7 @@ layout(binding = 0) uniform sampler2DArray colours;  // sRGB, decoded by the sam
 flat in vec4 plainColour;
 
 #ifdef NIGHT
-layout(binding = 15) uniform sampler2DArray nightLights;
+layout(binding = 1) uniform sampler2DArray nightLights;
 in vec2 lampsPlace;
 float lampsHere() {
   return texture(nightLights, vec3(lampsPlace, float(textureLayers.z))).a * intBitsToFloat(textureLayers.w);

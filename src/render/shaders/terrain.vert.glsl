@@ -10,7 +10,7 @@ layout(location = 4) in vec3 originFine_rte;
 layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
-layout(location = 8) in ivec4 layers;  // colour or first picture, relief, pictures or night lights, bits of their strength
+layout(location = 8) in ivec4 layers;  // colour or first picture, relief (its layer or its number), pictures or night lights, bits of their strength
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
 layout(location = 10) in float placeT;
