@@ -71,7 +71,7 @@ geo::Geodetic RandomCameras::somewhere() {
 std::string described(const scene::View& view, const geo::Ellipsoid& ellipsoid) {
   const scene::Camera c = scene::cameraOf(view, ellipsoid);
   std::ostringstream out;
-  out.precision(12);
+  out.precision(17);  // to the bit, so that the program draws what was drawn
   out << c.position.lat.degrees() << ',' << c.position.lon.degrees() << ',' << c.position.height_m << ','
       << c.heading.degrees() << ',' << c.pitch.degrees() << ',' << c.roll.degrees() << " fov "
       << view.verticalFov.degrees();
