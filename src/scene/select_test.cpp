@@ -214,8 +214,12 @@ TEST_P(SelectOn, aBudgetIsSpentOnlyWhereTheGroundIsTooCoarseForIt) {
     for (options.maxTiles = least / 2; options.maxTiles < most + 10;
          options.maxTiles += std::max(1, (most - least / 2) / 12)) {
       const Selection s = selected(view, tree, options);
-      if (!s.cappedByBudget) ASSERT_LE(s.maxScreenError_px, options.tolerance_px) << options.maxTiles << " of " << most;
-      if (options.maxTiles >= most) ASSERT_FALSE(s.cappedByBudget);
+      if (!s.cappedByBudget) {
+        ASSERT_LE(s.maxScreenError_px, options.tolerance_px) << options.maxTiles << " of " << most;
+      }
+      if (options.maxTiles >= most) {
+        ASSERT_FALSE(s.cappedByBudget);
+      }
       if (options.maxTiles < most) ++(s.cappedByBudget ? toldOf : notToldOf);
     }
   }
