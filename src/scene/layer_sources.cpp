@@ -159,7 +159,8 @@ LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind
                           const ServiceUse& use) {
   const auto opening = [service, kind, body = scene.body, scheme = scene.tiling,
                         use]() -> io::Result<LayerSource::Pointer> {
-    auto grid = raster::openService(service, kind, body, *use.resources);
+    auto grid = kind == raster::Kind::elevation ? raster::openHeights(service, body, *use.resources)
+                                                : raster::openService(service, kind, body, *use.resources);
     if (!grid) return tl::unexpected(std::move(grid.error()));
     return raster::gridTileSource(std::move(*grid), scheme, use.resources, {.memoryBytes = use.imageBytes});
   };
