@@ -115,6 +115,20 @@ const Frame& passed(Globe& globe, const View& view, int frames = 30, const CutOp
   return *frame;
 }
 
+/// Updates until it comes true, for as long as a test waits; servers do nothing meanwhile.
+bool comesTrue(Globe& globe, const View& view, const std::function<bool(const Frame&)>& condition) {
+  const auto end = std::chrono::steady_clock::now() + 10s;
+  while (std::chrono::steady_clock::now() < end) {
+    if (condition(globe.update(view))) return true;
+    globe.waitForArrivals(10ms);
+  }
+  return false;
+}
+
+bool showsPictures(const Frame& frame) {
+  return std::ranges::any_of(frame.tiles, [](const DrawnTile& tile) { return tile.pictureCount > 0; });
+}
+
 /// What is drawn, told apart by tile and by the bytes of its ground and of its colour.
 std::map<TileId, std::uint64_t> pictureOf(const Frame& frame) {
   std::map<TileId, std::uint64_t> out;
@@ -293,6 +307,8 @@ TEST_P(LateLayers, imageryTakesPartWhereItsRootsAreHere) {
   const tiling::Tiling tiling(GetParam());
   Remote colours(raster::Kind::imagery, GetParam());
   const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  // What is in sight is known once there is a first cut.
+  ASSERT_TRUE(comesTrue(*globe, here, [](const Frame& frame) { return !frame.tiles.empty(); }));
   passed(*globe, here, 5);
   colours.server->serve(1);
   const Frame* frame = &passed(*globe, here);
@@ -394,14 +410,14 @@ TEST_P(LateLayers, anOverviewIsTheFirstImageThatIsAskedFor) {
   for (const LayerSource& source : {LayerSource(colours), LayerSource([&] { return colours; }, "http://there")}) {
     const std::size_t before = server->begun().size();
     const auto globe = globeOf({.elevation = {}, .imagery = {{.source = source}}, .resources = {}}, GetParam());
+    ASSERT_TRUE(comesTrue(*globe, hillsView(), [&](const Frame&) { return server->begun().size() > before; }));
     passed(*globe, hillsView(), 10);
     const auto begun = server->begun();
-    ASSERT_GT(begun.size(), before);
     for (std::size_t i = before; i < begun.size(); ++i)
       EXPECT_EQ(begun[i], overview.get()) << "roots wait until it has come";
     server->serve(1000);
-    const Frame& frame = passed(*globe, hillsView());
-    for (const DrawnTile& tile : frame.tiles)
+    ASSERT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
+    for (const DrawnTile& tile : globe->update(hillsView()).tiles)
       EXPECT_EQ(tile.pictureCount, 1u);
     EXPECT_EQ(server->begun().back(), colours.get());
   }
@@ -462,7 +478,17 @@ TEST(LateLayers, aLayerThatIsLateIsNamed) {
 /// Whose layers are opened by threads that wait until the test lets them go.
 class HangingServer {
  public:
-  ~HangingServer() { letGo(); }
+  /// In any case before the globe ends, which waits for its threads.
+  class LetGo {
+   public:
+    explicit LetGo(HangingServer& server) : server_(server) {}
+    ~LetGo() { server_.letGo(); }
+    LetGo(const LetGo&) = delete;
+    LetGo& operator=(const LetGo&) = delete;
+
+   private:
+    HangingServer& server_;
+  };
   LayerSource source(const std::string& name) {
     const auto opening = [this]() -> io::Result<LayerSource::Pointer> {
       ++asked_;
@@ -494,22 +520,6 @@ class HangingServer {
   int mostAtOnce_ = 0;
 };
 
-/// What must come true before long though a server hangs, which is let go of in any case: nothing else ends the globe.
-bool comesTrue(Globe& globe, HangingServer& server, const std::function<bool(const Frame&)>& condition) {
-  const auto end = std::chrono::steady_clock::now() + 10s;
-  bool isTrue = false;
-  while (!isTrue && std::chrono::steady_clock::now() < end) {
-    isTrue = condition(globe.update(hillsView()));
-    if (!isTrue) globe.waitForArrivals(10ms);
-  }
-  if (!isTrue) server.letGo();
-  return isTrue;
-}
-
-bool showsPictures(const Frame& frame) {
-  return std::ranges::any_of(frame.tiles, [](const DrawnTile& tile) { return tile.pictureCount > 0; });
-}
-
 TEST(LateLayers, aServerThatHangsKeepsNoOthersLayersShut) {
   constexpr int kHanging = 9;
   HangingServer hanging;
@@ -519,10 +529,11 @@ TEST(LateLayers, aServerThatHangsKeepsNoOthersLayersShut) {
     layers.imagery.push_back({.source = hanging.source("http://hangs/wms?layer=" + std::to_string(i))});
   layers.imagery.push_back({.source = LayerSource([&] { return planet; }, "http://well/wms")});
   const auto globe = globeOf(std::move(layers));
-  EXPECT_TRUE(comesTrue(*globe, hanging, showsPictures));
+  const HangingServer::LetGo atTheEnd(hanging);
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
   EXPECT_LE(hanging.mostAtOnce(), 2);
   hanging.letGo();
-  EXPECT_TRUE(comesTrue(*globe, hanging, [](const Frame& frame) { return frame.statistics.layersComing == 0; }));
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), [](const Frame& frame) { return frame.statistics.layersComing == 0; }));
   EXPECT_EQ(hanging.asked(), kHanging) << "each has its turn";
 }
 
@@ -549,6 +560,7 @@ TEST(LateLayers, picturesOfHeightsBeginWithTheServerThatAnswers) {
     layers.imagery.back().alsoFrom.push_back(sources->back());
   }
   const auto globe = globeOf(std::move(layers));
+  const HangingServer::LetGo atTheEnd(hanging);
   passed(*globe, hillsView(), 5);
   const auto blamed = [&](const std::string& layer) {
     std::vector<std::string> servers;
@@ -559,14 +571,14 @@ TEST(LateLayers, picturesOfHeightsBeginWithTheServerThatAnswers) {
   };
   EXPECT_EQ(blamed("imagery.3"), (std::vector<std::string>{"http://hangs/wms", "http://well/wms"}));
   isWell = true;
-  EXPECT_TRUE(comesTrue(*globe, hanging, showsPictures));
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
   EXPECT_EQ(blamed("imagery.3"), std::vector<std::string>{"http://hangs/wms"});
   EXPECT_EQ(blamed("elevation.0"), std::vector<std::string>{"http://hangs/wms"});
   EXPECT_TRUE(blamed("elevation.1").empty());
   EXPECT_EQ(hanging.asked(), 1);
   // It says at last that there is nothing: pictures of the rest are all there is.
   hanging.letGo();
-  EXPECT_TRUE(comesTrue(*globe, hanging, [](const Frame& frame) { return frame.complete; }));
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), [](const Frame& frame) { return frame.complete; }));
   EXPECT_TRUE(globe->lateLayers().empty());
 }
 
