@@ -45,7 +45,9 @@ def main():
         # The capabilities name the line's end, not the server behind it.
         wms.map_file.write_text(wms.map_file.read_text().replace(wms.url, proxy.url + "/wms"))
         entry = {"source": proxy.url + "/wms", "type": "wms", "max_level": 2}
-        measure(program, work, proxy, "imagery", online_world.scene_file(work / "imagery.toml", [{**entry, "layer": "picture"}]))
+        for tiling in ("cube", "geographic", "healpix"):
+            scene = online_world.scene_file(work / f"imagery {tiling}.toml", [{**entry, "layer": "picture"}], tiling=tiling)
+            measure(program, work, proxy, f"imagery on {tiling}", scene)
         heights = {**entry, "layer": "heights", "format": "image/tiff"}
         measure(program, work, proxy, "elevation", online_world.scene_file(work / "elevation.toml", [], [heights], light=True))
     return 0

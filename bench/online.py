@@ -31,7 +31,8 @@ FINEST = 4
 MEBI = 2 ** 20
 # A cache's log grows a little over its share while somebody reads.
 LOG_MIB = 0.5
-# What the program may hold in all (docs/online.md, "What is held"): of the tiles made, of decoded images, of answers that wait for the disk, and on their way.
+# What the program may hold in all (docs/online.md, "What is held"): of the tiles made, of decoded images, of answers that wait for the disk. What is on its way
+# may be 256 MiB and one answer; 6 images of this flight at a time are far below that, so it is held to less.
 DECODED_MIB, IMAGES_MIB, WRITES_MIB, UNDERWAY_MIB = 256, 128, 64, 32
 # Every fault of the proxy that an image may have, a column of level 4 each.
 FAULTS = ({"fault": "status"}, {"fault": "hang"}, {"fault": "slow", "rate": 100}, {"fault": "truncate"}, {"fault": "cut"}, {"fault": "spoil"},

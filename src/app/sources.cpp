@@ -267,15 +267,18 @@ void addSources(CLI::App& program) {
                    "Where the service is: WMS, WMTS, TMS, a tile template, a World Wind configuration; or a file or "
                    "folder of such")
       ->required();
-  command->add_option("--layer", options->layer, "Write the scene entry of this layer (its name, or its title)");
-  command->add_flag("--elevation", options->elevation, "The entry is for heights: [[elevation]], not [[imagery]]");
+  auto* layer =
+      command->add_option("--layer", options->layer, "Write the scene entry of this layer (its name, or its title)");
+  command->add_flag("--elevation", options->elevation, "The entry is for heights: [[elevation]], not [[imagery]]")
+      ->needs(layer);
   command->add_option("--type", options->type, "wms, wmts, tms, xyz or worldwind, where it is not told from the URL");
   command->add_option("--wms-version", options->version, "Ask a WMS in this version: 1.1.1, 1.3.0");
   command
       ->add_option(
           "--body", options->body,
           "earth, mars or moon: whose map it is, where the layer's references do not say (those of the IAU do)")
-      ->check(CLI::IsMember({"earth", "mars", "moon"}));
+      ->check(CLI::IsMember({"earth", "mars", "moon"}))
+      ->needs(layer);
   command->add_flag("--json", options->asJson, "As JSON");
   command->footer(
       "Prints a line a layer: name, title, box in degrees, coordinate references, styles, times. A layer whose name is "

@@ -147,11 +147,12 @@ std::vector<Failure> FetchQueue::troubles(SteadyTime now) const {
                                     secondsBetween(health.since(), now), secondsBetween(now, health.notBefore())),
                         name});
     } else if (health.failing() || !host->resting.empty()) {
-      const double wait_s = host->resting.empty() ? 0.0 : secondsBetween(now, (*host->resting.begin())->notBefore);
-      result.push_back({Failure::Code::ioError,
-                        fmt::format("{}; {} requests of it are made again, the next in {:.0f} s", host->lastReason,
-                                    host->resting.size(), wait_s),
-                        name});
+      std::string again;  // nothing when what failed is being asked for again
+      if (!host->resting.empty())
+        again =
+            fmt::format("; {} request{} of it made again, the next in {:.0f} s", host->resting.size(),
+                        host->resting.size() == 1 ? "" : "s", secondsBetween(now, (*host->resting.begin())->notBefore));
+      result.push_back({Failure::Code::ioError, host->lastReason + again, name});
     }
   }
   return result;

@@ -120,6 +120,21 @@ TEST(FetchQueue, OneUrlThatFailsIsNotItsHost) {
   EXPECT_LE(sent, 8 + 12);
 }
 
+TEST(FetchQueue, TroublesCountOnlyRequestsThatWait) {
+  FetchQueue queue(kBackoff, 6);
+  add(queue, "host", "a");
+  const FetchJobPointer job = queue.next(at(0.0));
+  ASSERT_NE(job, nullptr);
+  queue.failed(job, failure(job), at(0.0));
+  ASSERT_EQ(queue.troubles(at(0.0)).size(), 1U);
+  EXPECT_THAT(queue.troubles(at(0.0)).front().message, testing::HasSubstr("; 1 request of it made again, the next in"));
+  const double now = secondsOf(*queue.wakeTime());
+  queue.wake(at(now));
+  ASSERT_NE(queue.next(at(now)), nullptr);
+  ASSERT_EQ(queue.troubles(at(now)).size(), 1U);
+  EXPECT_EQ(queue.troubles(at(now)).front().message, "broken") << "it is being asked for again now";
+}
+
 TEST(FetchQueue, WhatTheServerWishesIsHonoured) {
   FetchQueue queue(kBackoff, 6);
   add(queue, "host", "a");

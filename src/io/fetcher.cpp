@@ -189,14 +189,18 @@ void Fetcher::Loop::startNext() {
   }
 }
 
-// The oldest may always go on, so that there is one that ends; the others once there is room.
+// The oldest that is not slow may always go on, so that there is one that ends; the others once there is room. One that
+// drips would keep all servers waiting for as long as it likes.
 void Fetcher::Loop::resumePaused() {
   statistics_.mostInFlight_bytes = inFlight_.most;
-  const auto oldest = std::ranges::min_element(running_, {}, [](const auto& entry) { return entry.second.number; });
-  if (oldest == running_.end()) return;
-  oldest->second.transfer->resume(true);
+  const auto first = std::ranges::min_element(
+      running_, {}, [](const auto& entry) { return std::pair(entry.second.slow, entry.second.number); });
+  if (first == running_.end()) return;
+  for (auto& [handle, running] : running_)
+    running.transfer->setMayExceed(handle == first->first);
+  first->second.transfer->resume();
   for (auto& [handle, running] : running_) {
-    if (running.transfer->isPaused() && inFlight_.now < inFlight_.budget) running.transfer->resume(false);
+    if (running.transfer->isPaused() && inFlight_.now < inFlight_.budget) running.transfer->resume();
   }
 }
 
@@ -217,7 +221,10 @@ void Fetcher::Loop::noteOpen() {
 int Fetcher::Loop::countOfPlaces(SteadyTime now) {
   int count = 0;
   for (auto& [handle, running] : running_) {
-    if (now - running.windowStart > kSlowWindow) {
+    if (running.transfer->isPaused()) {  // that nothing comes is our doing
+      running.windowStart = now;
+      running.windowBytes = running.transfer->receivedBytes();
+    } else if (now - running.windowStart > kSlowWindow) {
       const std::uint64_t bytes = running.transfer->receivedBytes();
       running.slow = bytes - running.windowBytes < kSlow_bytes;
       running.windowStart = now;

@@ -146,6 +146,32 @@ TEST_F(ResourcesTest, AnswersOnTheirWayTakeNoMoreThanTheirBudgetAndOneOfThem) {
   }
 }
 
+TEST_F(ResourcesTest, AnAnswerThatDripsKeepsNoOtherWaitingForTheBudget) {
+  constexpr std::size_t kDripping = 3000;
+  constexpr std::size_t kAnswer = 200'000;
+  folder.write("drips", noise(1'000'000, 1));
+  server.tell("set?prefix=/drips&fault=slow&rate=500");
+  ResourceOptions options = quickOptions();
+  options.stallTimeout_s = 60.0;
+  options.inFlight_bytes = kDripping / 2;
+  Resources resources(options);
+  Arrival drips;
+  std::deque<Arrival> arrivals(8);
+  std::vector<Resources::Ticket> tickets;
+  tickets.push_back(resources.get({.url = server.url("/drips")}, 1.0, drips.ready()));
+  ASSERT_TRUE(eventually([&] { return server.count("/drips") == 1; }));
+  for (std::size_t i = 0; i < arrivals.size(); ++i) {
+    folder.write(std::to_string(i), noise(kAnswer, static_cast<unsigned>(i)));
+    tickets.push_back(resources.get({.url = server.url("/" + std::to_string(i))}, 1.0, arrivals[i].ready()));
+  }
+  ASSERT_TRUE(eventually([&] { return resources.statistics().waiting == 1; }));
+  for (Arrival& arrival : arrivals)
+    EXPECT_EQ(arrival.count(), 1);
+  EXPECT_EQ(drips.count(), 0);
+  // One after the other all the same.
+  EXPECT_LE(resources.statistics().mostInFlight_bytes, options.inFlight_bytes + kDripping + 2 * kAnswer);
+}
+
 TEST_F(ResourcesTest, AUrlHasABound) {
   Resources resources(quickOptions());
   folder.write("a", "a");

@@ -180,8 +180,7 @@ std::size_t Transfer::onBody(const char* data, std::size_t size, std::size_t cou
   return bytes.size();
 }
 
-void Transfer::resume(bool mayExceed) {
-  mayExceed_ = mayExceed_ || mayExceed;
+void Transfer::resume() {
   if (!std::exchange(isPaused_, false)) return;
   curl_easy_pause(handle_, CURLPAUSE_CONT);
 }

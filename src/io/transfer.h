@@ -56,8 +56,9 @@ class Transfer {
   std::uint64_t receivedBytes() const { return receivedBytes_; }
   /// It waits for others to end, since what all hold together is over the budget.
   bool isPaused() const { return isPaused_; }
-  /// Lets it go on. mayExceed: whatever the budget, from now on: one at least must be able to end.
-  void resume(bool mayExceed);
+  /// Whether it goes on whatever the budget, from now on; one at least must be able to end.
+  void setMayExceed(bool may) { mayExceed_ = may; }
+  void resume();  ///< lets it go on
   /// After its end, with libcurl's result code; takes the body out.
   TransferEnd end(int curlCode);
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <mutex>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -42,16 +41,6 @@ void layOver(Raster<float>& below, const Raster<float>& above, const WeightOf& w
   }
 }
 
-/// Whether a source has a height at a place on a level; of one that tells what it stores, whether it has the tile, so
-/// that nothing is waited for.
-bool hasData(const TileSource& source, NearestTiles& tiles, const tiling::Tiling& tiling, int level,
-             const geo::Direction& place) {
-  const tiling::TileId id = tiling.tileAt(place, level);
-  if (const auto told = source.presence(id)) return told->stored;
-  const auto nearest = tiles.find(id);
-  return nearest && nearest->tile && hasHeightAt(*nearest->tile, id.ancestor(nearest->level), tiling, place);
-}
-
 /// The heights for one derived tile: for each of the elevation tiles that it has the pixels of, the deepest that is
 /// there.
 struct Ground {
@@ -72,7 +61,7 @@ class DerivedTiles final : public TileSource {
         cells_(heights_.front()->info().tileCells),
         deeper_(std::countr_zero(static_cast<unsigned>(kImageryPixels / cells_))) {
     for (std::size_t i = 0; i < heights.size(); ++i)
-      seams_[i].seam_m = heights[i].seam_m;
+      widths_m_.push_back(heights[i].seam_m);
     info_ = heights_.front()->info();
     info_.kind = Kind::imagery;
     info_.tileCells = kImageryPixels;
@@ -242,14 +231,14 @@ class DerivedTiles final : public TileSource {
   /// Null: it ends with a step, or nothing lies below it.
   const Seam* seamOf(std::size_t source) const {
     if (source == 0) return nullptr;
-    LateSeam& late = seams_[source];
-    std::call_once(late.made, [&] {
-      NearestTiles tiles(*heights_[source]);
-      late.seam = Seam::of(heights_[source]->info(), late.seam_m, [&](int level, const geo::Direction& place) {
-        return hasData(*heights_[source], tiles, tiling_, level, place);
-      });
-    });
-    return late.seam.get();
+    const TileSource& own = *heights_[source];
+    NearestTiles tiles(own);
+    const auto told = [&](const tiling::TileId& id) {
+      const auto presence = own.presence(id);
+      return presence ? std::optional(presence->stored) : std::nullopt;
+    };
+    const auto nearest = [&](const tiling::TileId& id) { return tiles.find(id).value_or(NearestTiles::Found{}); };
+    return seams_[source].get(own.info(), widths_m_[source], told, nearest);
   }
 
   Rgba8 pixel(const Ground& ground, const tiling::TileId& id, int column, int row) const {
@@ -286,14 +275,9 @@ class DerivedTiles final : public TileSource {
     return {.east = geo::dot(gradient, east), .north = geo::dot(gradient, geo::cross(place.n, east))};
   }
 
-  struct LateSeam {
-    std::optional<double> seam_m;
-    std::once_flag made;
-    std::shared_ptr<const Seam> seam;
-  };
-
   std::vector<Source> heights_;
-  mutable std::vector<LateSeam> seams_;  ///< a source each
+  std::vector<std::optional<double>> widths_m_;  ///< of the sources' seams
+  mutable std::vector<LateSeam> seams_;          ///< a source each
   HeightColours colours_;
   tiling::Tiling tiling_;
   int cells_;

@@ -70,6 +70,9 @@ struct GridService {
   geo::Body body = geo::earth();
   MapPlane plane;
   std::vector<GridLevel> levels;  ///< coarsest first, never empty
+  /// So many of the first levels are maps of everything that the server does not offer by itself: it may refuse them
+  /// though it has the others.
+  std::size_t overviews = 0;
   geo::GeoRect bounds = geo::GeoRect::whole();
   HeightEncoding heights;
   std::optional<Rgba8> transparentColour;  ///< pixels of it are not covered

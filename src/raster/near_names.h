@@ -24,6 +24,9 @@ std::size_t editDistance(std::string_view a, std::string_view b);
 /// contains the other.
 std::vector<std::string> nearNames(std::string_view wanted, std::span<const std::string> offered, std::size_t most);
 
+/// Of an entry that names none of the layers that there are.
+inline constexpr std::string_view kNameALayer = "name a layer (layer, or URL#LAYER)";
+
 /// "; did you mean 'a' or 'b'?", else "; there are a, b, c and 12 more", else "; there is none".
 std::string whatElseThereIs(std::string_view wanted, std::span<const std::string> offered);
 

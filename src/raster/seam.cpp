@@ -136,6 +136,20 @@ std::shared_ptr<const Seam> Seam::of(const TileSourceInfo& info, const std::opti
                 [&](const geo::Direction& place) { return hasData(level, place); });
 }
 
+const Seam* LateSeam::get(const TileSourceInfo& info, const std::optional<double>& seam_m, const Told& told,
+                          const Nearest& nearest) {
+  std::call_once(made_, [&] {
+    const tiling::Tiling tiling(info.scheme);
+    seam_ = Seam::of(info, seam_m, [&](int level, const geo::Direction& place) {
+      const tiling::TileId id = tiling.tileAt(place, level);
+      if (const auto has = told(id)) return *has;
+      const NearestTiles::Found found = nearest(id);
+      return found.tile && hasHeightAt(*found.tile, id.ancestor(found.level), tiling, place);
+    });
+  });
+  return seam_.get();
+}
+
 bool hasHeightAt(const SourceTile& tile, const tiling::TileId& id, const tiling::Tiling& tiling,
                  const geo::Direction& place) {
   const auto& samples = std::get<ElevationTile>(tile.payload).samples;

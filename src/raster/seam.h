@@ -2,11 +2,13 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
 #include "geo/ellipsoid.h"
 #include "geo/geo_rect.h"
+#include "raster/nearest_tiles.h"
 #include "raster/tile_source.h"
 #include "tiling/tiling.h"
 
@@ -53,6 +55,23 @@ class Seam {
   double cellHeight_m_ = 0.0;
   double width_m_ = 0.0;
   std::vector<float> inside_m_;  ///< from the middle of each cell to what has no data, less what a cell may hide
+};
+
+/// Seam::of, made when it is first asked for. Thread-safe.
+class LateSeam {
+ public:
+  /// Whether the source has a tile, of one that tells what it stores, so that nothing is waited for; nothing: it does
+  /// not tell.
+  using Told = std::function<std::optional<bool>(const tiling::TileId& id)>;
+  /// The deepest tile over another, itself included; none where there is none or it fails. May block.
+  using Nearest = std::function<NearestTiles::Found(const tiling::TileId& id)>;
+  /// Null: it ends with a step. The same source each time; the functions are used by the first call alone.
+  const Seam* get(const TileSourceInfo& info, const std::optional<double>& seam_m, const Told& told,
+                  const Nearest& nearest);
+
+ private:
+  std::once_flag made_;
+  std::shared_ptr<const Seam> seam_;
 };
 
 /// Whether the nearest sample to a place in an elevation tile, which must hold the place, is a height.

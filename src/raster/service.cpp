@@ -18,6 +18,7 @@ namespace {
 
 using Code = io::Failure::Code;
 
+constexpr double kOverviewPatience_s = 20.0;
 constexpr int kDeepestLevel = 30;
 constexpr int kSmallestTile = 16;
 constexpr int kLargestTile = 4096;
@@ -74,7 +75,7 @@ io::Result<ServiceLayer> fromConfiguration(const std::vector<WorldWindLayer>& la
   });
   if (chosen != layers.end()) return overlaid(chosen->entry, entry);
   const std::string what =
-      entry.layer.empty() ? "name a layer (layer)" : fmt::format("there is no layer '{}'", entry.layer);
+      entry.layer.empty() ? std::string(kNameALayer) : fmt::format("there is no layer '{}'", entry.layer);
   return io::fail(Code::notFound,
                   what + fmt::format(" of kind {}", nameOf(kind)) + whatElseThereIs(entry.layer, titles));
 }
@@ -89,7 +90,7 @@ io::Result<std::string> mapOfService(const std::vector<TileMapReference>& maps, 
   });
   if (chosen != maps.end()) return chosen->href;
   const std::string what =
-      entry.layer.empty() ? "name a layer (layer)" : fmt::format("there is no layer '{}'", entry.layer);
+      entry.layer.empty() ? std::string(kNameALayer) : fmt::format("there is no layer '{}'", entry.layer);
   return io::fail(Code::notFound, what + whatElseThereIs(entry.layer, titles));
 }
 
@@ -138,6 +139,17 @@ io::Result<GridService> openService(const ServiceLayer& layer, Kind kind, const 
   auto service = openFound(*found, layer, kind, body, resources);
   if (!service) return where(service.error());
   return service;
+}
+
+io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources) {
+  auto service = openService(layer, Kind::elevation, body, resources);
+  if (!service || service->overviews == 0 || service->overviews == service->levels.size()) return service;
+  const GridLevel& first = service->levels.front();
+  const auto image = resources.wait(service->request({0, first.firstColumn, first.firstRow}), kOverviewPatience_s);
+  if (image || image.error().code == Code::cancelled) return service;
+  ServiceLayer without = layer;
+  without.minLevel = 0;
+  return openService(without, Kind::elevation, body, resources);
 }
 
 }  // namespace tellurion::raster

@@ -33,4 +33,8 @@ struct ServiceLayer {
 io::Result<GridService> openService(const ServiceLayer& layer, Kind kind, const geo::Body& body,
                                     io::Resources& resources);
 
+/// The same of elevation that is to be read: without GridService::overviews where the server refuses the first of them,
+/// or does not bring it in 20 s, since the heights of all roots are read on it. The image is found in the cache then.
+io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources);
+
 }  // namespace tellurion::raster

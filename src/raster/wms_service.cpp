@@ -54,7 +54,7 @@ void unite(const WmsLayer& other, WmsLayer& merged) {
 io::Result<Drawn> findLayers(const WmsCapabilities& capabilities, const std::string& wanted) {
   const std::vector<std::string> names = namesOf(capabilities.layers);
   if (wanted.empty() && names.size() != 1)
-    return io::fail(Code::invalidArgument, "name a layer (layer)" + whatElseThereIs("", names));
+    return io::fail(Code::invalidArgument, std::string(kNameALayer) + whatElseThereIs("", names));
   Drawn drawn;
   drawn.layers = wanted.empty() ? names[0] : wanted;
   const bool isOne = capabilities.layer(drawn.layers) != nullptr;
@@ -358,6 +358,9 @@ io::Result<GridService> wmsService(const WmsCapabilities& capabilities, const Se
   } else {
     const DoublingGrid grid = doublingGrid(service.plane, *box, body);
     service.levels = plan.levels = levelsFor(drawn->merged, entry, *chosen, grid, *box, pixels);
+    const double own = levelOf(grid, 0, pixels.width).pixelWidth;
+    service.overviews = static_cast<std::size_t>(
+        std::ranges::count_if(service.levels, [&](const GridLevel& level) { return level.pixelWidth > 1.5 * own; }));
   }
   if (service.levels.empty()) {
     return io::fail(Code::unsupported, fmt::format("layer '{}' has no level within its scale limits, its box and "

@@ -269,7 +269,7 @@ TEST(WmsService, SaysWhatThereIsInstead) {
   };
   EXPECT_EQ(told([](auto& e) { e.layer = "bluemarble"; }),
             "there is no layer 'bluemarble'; did you mean 'blue marble'?");
-  EXPECT_EQ(told([](auto& e) { e.layer = ""; }), "name a layer (layer); there are a, blue marble");
+  EXPECT_EQ(told([](auto& e) { e.layer = ""; }), "name a layer (layer, or URL#LAYER); there are a, blue marble");
   EXPECT_EQ(told([](auto& e) { e.layer = "a,x"; }), "there is no layer 'x'; there are a, blue marble");
   EXPECT_EQ(told([](auto& e) { e.style = "read"; }), "layer 'a' has no style 'read'; did you mean 'red'?");
   EXPECT_EQ(told([](auto& e) { e.format = "image/bmp"; }),

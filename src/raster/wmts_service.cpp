@@ -23,7 +23,7 @@ using Code = io::Failure::Code;
 io::Result<const WmtsLayer*> findLayer(const WmtsCapabilities& capabilities, const std::string& wanted) {
   if (wanted.empty() && capabilities.layers.size() == 1) return capabilities.layers.data();
   const std::vector<std::string> names = namesOf(capabilities.layers);
-  if (wanted.empty()) return io::fail(Code::invalidArgument, "name a layer (layer)" + whatElseThereIs("", names));
+  if (wanted.empty()) return io::fail(Code::invalidArgument, std::string(kNameALayer) + whatElseThereIs("", names));
   if (const WmtsLayer* layer = capabilities.layer(wanted)) return layer;
   return io::fail(Code::notFound, fmt::format("there is no layer '{}'{}", wanted, whatElseThereIs(wanted, names)));
 }

@@ -28,6 +28,9 @@ struct LayerSource {
   Pointer open;                  ///< null: has to be opened first
   std::optional<double> seam_m;  ///< of elevation: GroundLayers::Layer
   Opening opening;               ///< of those
+  /// Of one that is made of other layers' sources: the names of those that opening() would wait for now; it is not
+  /// called while there are any. Must be quick; any thread. Null: it waits for no other layer.
+  std::function<std::vector<std::string>()> waitsFor;
   /// Of a data set of imagery: where it takes part, the layer's others are not drawn.
   bool replacesOthers = false;
   std::string name;

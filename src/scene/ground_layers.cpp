@@ -374,37 +374,27 @@ double seamError_m(const Samplers& samplers, std::size_t layer, int cells, doubl
   return std::min(0.75 * share * share * largest_m + 0.75 * share * steepest_m, largest_m);
 }
 
-/// Whether a layer has a height at a place, on a level: of one that tells what it stores, whether it has the tile, so
-/// that nothing is waited for.
-bool hasData(LayerTiles& tiles, const tiling::Tiling& tiling, int level, const geo::Direction& place) {
-  const tiling::TileId deepest = tiling.tileAt(place, level);
-  const int stored = tiles.storedLevel(deepest);
-  if (stored < 0) return false;
-  if (tiles.tellsPresence()) return stored == level;
-  const tiling::TileId id = deepest.ancestor(stored);
-  const auto tile = tiles.get(id);
-  return tile && raster::hasHeightAt(*tile, id, tiling, place);
-}
-
 }  // namespace
 
 GroundLayers::GroundLayers(tiling::Tiling tiling, std::vector<Layer> layers, int cells)
     : tiling_(tiling), layers_(std::move(layers)), cells_(cells) {
   for (std::size_t i = 0; i < layers_.size(); ++i)
-    seams_.push_back(std::make_shared<LateSeam>());
+    seams_.push_back(std::make_shared<raster::LateSeam>());
 }
 
 /// Null: it ends with a step, or nothing lies below it.
 const raster::Seam* GroundLayers::seamOf(std::size_t layer) const {
   if (layer == 0) return nullptr;
-  LateSeam& late = *seams_[layer];
-  std::call_once(late.made, [&] {
-    LayerTiles& tiles = *layers_[layer].tiles;
-    late.seam = raster::Seam::of(tiles.info(), layers_[layer].seam_m, [&](int level, const geo::Direction& place) {
-      return hasData(tiles, tiling_, level, place);
-    });
-  });
-  return late.seam.get();
+  LayerTiles& tiles = *layers_[layer].tiles;
+  const auto told = [&](const tiling::TileId& id) {
+    return tiles.tellsPresence() ? std::optional(tiles.storedLevel(id) == id.level) : std::nullopt;
+  };
+  const auto nearest = [&](const tiling::TileId& id) -> raster::NearestTiles::Found {
+    const int stored = tiles.storedLevel(id);
+    return stored < 0 ? raster::NearestTiles::Found{}
+                      : raster::NearestTiles::Found{.tile = tiles.get(id.ancestor(stored)), .level = stored};
+  };
+  return seams_[layer]->get(tiles.info(), layers_[layer].seam_m, told, nearest);
 }
 
 int GroundLayers::storedLevel(const tiling::TileId& id) const {

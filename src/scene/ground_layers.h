@@ -87,14 +87,9 @@ class GroundLayers {
   float farHeight_m() const;
   const raster::Seam* seamOf(std::size_t layer) const;
 
-  struct LateSeam {
-    std::once_flag made;
-    std::shared_ptr<const raster::Seam> seam;
-  };
-
   tiling::Tiling tiling_;
   std::vector<Layer> layers_;
-  std::vector<std::shared_ptr<LateSeam>> seams_;  ///< a layer each
+  std::vector<std::shared_ptr<raster::LateSeam>> seams_;  ///< a layer each
   int cells_;
   struct FarHeight {
     std::once_flag known;

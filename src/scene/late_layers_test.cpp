@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -9,6 +12,7 @@
 
 #include "geo/body.h"
 #include "geo/seed_test.h"
+#include "scene/derived_layer.h"
 #include "scene/drawn_ground.h"
 #include "scene/globe.h"
 #include "scene/remote_source_test.h"
@@ -109,6 +113,20 @@ const Frame& passed(Globe& globe, const View& view, int frames = 30, const CutOp
     globe.waitForArrivals(5ms);
   }
   return *frame;
+}
+
+/// Updates until it comes true, for as long as a test waits; servers do nothing meanwhile.
+bool comesTrue(Globe& globe, const View& view, const std::function<bool(const Frame&)>& condition) {
+  const auto end = std::chrono::steady_clock::now() + 10s;
+  while (std::chrono::steady_clock::now() < end) {
+    if (condition(globe.update(view))) return true;
+    globe.waitForArrivals(10ms);
+  }
+  return false;
+}
+
+bool showsPictures(const Frame& frame) {
+  return std::ranges::any_of(frame.tiles, [](const DrawnTile& tile) { return tile.pictureCount > 0; });
 }
 
 /// What is drawn, told apart by tile and by the bytes of its ground and of its colour.
@@ -289,6 +307,8 @@ TEST_P(LateLayers, imageryTakesPartWhereItsRootsAreHere) {
   const tiling::Tiling tiling(GetParam());
   Remote colours(raster::Kind::imagery, GetParam());
   const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  // What is in sight is known once there is a first cut.
+  ASSERT_TRUE(comesTrue(*globe, here, [](const Frame& frame) { return !frame.tiles.empty(); }));
   passed(*globe, here, 5);
   colours.server->serve(1);
   const Frame* frame = &passed(*globe, here);
@@ -378,6 +398,40 @@ TEST_P(LateLayers, anOverviewIsSeenBeforeTheFirstRoot) {
   EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
 }
 
+/// Whatever the number of roots: they would take all connections, and what is under way is not taken back.
+TEST_P(LateLayers, anOverviewIsTheFirstImageThatIsAskedFor) {
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::imagery, GetParam(), 6);
+  const auto server = std::make_shared<FakeServer>(FakeServer::Line{.places = 6});
+  const auto colours = std::make_shared<RemoteSource>(planet, server);
+  const auto overview =
+      std::make_shared<RemoteSource>(std::make_shared<ProceduralSource>(raster::Kind::imagery, GetParam(), 0), server);
+  colours->overviewSource = overview;
+  // Open from the start, and opened by a thread.
+  for (const LayerSource& source : {LayerSource(colours), LayerSource([&] { return colours; }, "http://there")}) {
+    const std::size_t before = server->begun().size();
+    const auto globe = globeOf({.elevation = {}, .imagery = {{.source = source}}, .resources = {}}, GetParam());
+    ASSERT_TRUE(comesTrue(*globe, hillsView(), [&](const Frame&) { return server->begun().size() > before; }));
+    passed(*globe, hillsView(), 10);
+    const auto begun = server->begun();
+    for (std::size_t i = before; i < begun.size(); ++i)
+      EXPECT_EQ(begun[i], overview.get()) << "roots wait until it has come";
+    server->serve(1000);
+    ASSERT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
+    for (const DrawnTile& tile : globe->update(hillsView()).tiles)
+      EXPECT_EQ(tile.pictureCount, 1u);
+    EXPECT_EQ(server->begun().back(), colours.get());
+  }
+}
+
+TEST(LateLayers, anOverviewThatNeverComesKeepsNoRootsBack) {
+  Remote colours(raster::Kind::imagery);
+  Remote overview(raster::Kind::imagery, Scheme::cube, 0);
+  colours.source->overviewSource = overview.source;
+  const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.source}}, .resources = {}});
+  completed(*globe, hillsView(), {colours.server});
+  EXPECT_TRUE(overview.server->answered().empty());
+}
+
 /// As pictures of several servers' heights do: of what is here first, then of all.
 TEST(LateLayers, aDataSetMayTakeTheOthersPlace) {
   const View view = hillsView();
@@ -419,6 +473,113 @@ TEST(LateLayers, aLayerThatIsLateIsNamed) {
   EXPECT_NE(late[0].message.find("elevation.0"), late[0].message.npos) << late[0].message;
   EXPECT_EQ(late[1].where, "http://there/wms?token=***");
   EXPECT_NE(late[1].message.find("imagery.0"), late[1].message.npos) << late[1].message;
+}
+
+/// Whose layers are opened by threads that wait until the test lets them go.
+class HangingServer {
+ public:
+  /// In any case before the globe ends, which waits for its threads.
+  class LetGo {
+   public:
+    explicit LetGo(HangingServer& server) : server_(server) {}
+    ~LetGo() { server_.letGo(); }
+    LetGo(const LetGo&) = delete;
+    LetGo& operator=(const LetGo&) = delete;
+
+   private:
+    HangingServer& server_;
+  };
+  LayerSource source(const std::string& name) {
+    const auto opening = [this]() -> io::Result<LayerSource::Pointer> {
+      ++asked_;
+      std::unique_lock lock(mutex_);
+      mostAtOnce_ = std::max(mostAtOnce_, ++atOnce_);
+      changed_.wait(lock, [&] { return isLetGo_; });
+      --atOnce_;
+      return io::fail(io::Failure::Code::notFound, "never was there");
+    };
+    return {opening, name};
+  }
+  int asked() const { return asked_; }
+  int mostAtOnce() {
+    const std::lock_guard lock(mutex_);
+    return mostAtOnce_;
+  }
+  void letGo() {
+    const std::lock_guard lock(mutex_);
+    isLetGo_ = true;
+    changed_.notify_all();
+  }
+
+ private:
+  std::atomic<int> asked_ = 0;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool isLetGo_ = false;
+  int atOnce_ = 0;
+  int mostAtOnce_ = 0;
+};
+
+TEST(LateLayers, aServerThatHangsKeepsNoOthersLayersShut) {
+  constexpr int kHanging = 9;
+  HangingServer hanging;
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::imagery, Scheme::cube, 3);
+  GlobeLayers layers;
+  for (int i = 0; i < kHanging; ++i)
+    layers.imagery.push_back({.source = hanging.source("http://hangs/wms?layer=" + std::to_string(i))});
+  layers.imagery.push_back({.source = LayerSource([&] { return planet; }, "http://well/wms")});
+  const auto globe = globeOf(std::move(layers));
+  const HangingServer::LetGo atTheEnd(hanging);
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
+  EXPECT_LE(hanging.mostAtOnce(), 2);
+  hanging.letGo();
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), [](const Frame& frame) { return frame.statistics.layersComing == 0; }));
+  EXPECT_EQ(hanging.asked(), kHanging) << "each has its turn";
+}
+
+/// However many pictures are made of them, heights of a server that hangs keep nothing else waiting, and the blame is
+/// theirs.
+TEST(LateLayers, picturesOfHeightsBeginWithTheServerThatAnswers) {
+  HangingServer hanging;
+  std::atomic<bool> isWell = false;
+  const auto planet = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 2);
+  const auto opening = [&]() -> io::Result<LayerSource::Pointer> {
+    if (!isWell) return io::fail(io::Failure::Code::ioError, "not yet");
+    return LayerSource::Pointer(planet);
+  };
+  const SharedSources heights = {std::make_shared<SharedSource>(hanging.source("http://hangs/wms"), std::nullopt),
+                                 std::make_shared<SharedSource>(LayerSource(opening, "http://well/wms"), std::nullopt)};
+  GlobeLayers layers;
+  for (const auto& each : heights)
+    layers.elevation.push_back(layerOf(each));
+  for (int i = 0; i < 5; ++i) {
+    auto sources = derivedLayer(heights, raster::Hillshade{}, SharedSource::OpenedBy::layersOfItsOwn);
+    ASSERT_TRUE(sources);
+    ASSERT_EQ(sources->size(), 2u);
+    layers.imagery.push_back({.source = sources->front()});
+    layers.imagery.back().alsoFrom.push_back(sources->back());
+  }
+  const auto globe = globeOf(std::move(layers));
+  const HangingServer::LetGo atTheEnd(hanging);
+  passed(*globe, hillsView(), 5);
+  const auto blamed = [&](const std::string& layer) {
+    std::vector<std::string> servers;
+    for (const io::Failure& late : globe->lateLayers()) {
+      if (late.message.starts_with(layer + " ")) servers.push_back(late.where);
+    }
+    return servers;
+  };
+  EXPECT_EQ(blamed("imagery.3"), (std::vector<std::string>{"http://hangs/wms", "http://well/wms"}));
+  isWell = true;
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), showsPictures));
+  EXPECT_EQ(blamed("imagery.3"), std::vector<std::string>{"http://hangs/wms"});
+  EXPECT_EQ(blamed("elevation.0"), std::vector<std::string>{"http://hangs/wms"});
+  EXPECT_TRUE(blamed("elevation.1").empty());
+  EXPECT_EQ(hanging.asked(), 1);
+  // It says at last that there is nothing: pictures of the rest are all there is.
+  hanging.letGo();
+  EXPECT_TRUE(comesTrue(*globe, hillsView(), [](const Frame& frame) { return frame.complete; }));
+  EXPECT_TRUE(globe->lateLayers().empty());
 }
 
 TEST(LateLayers, turningAwayCancelsWhatIsOnItsWay) {

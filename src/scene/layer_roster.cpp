@@ -18,7 +18,9 @@ constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight 
 constexpr double kUnseenPriority = 1e-12;   ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
-constexpr std::size_t kMostOpening = 8;  ///< at a time
+constexpr std::size_t kMostOpening = 32;           ///< at a time; they do little but wait
+constexpr std::ptrdiff_t kMostOfAServer = 2;       ///< of those, so that one that hangs keeps no other's layers shut
+constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
 
 /// Why a source cannot be a layer of the scene; nothing when it can.
 std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tiling& tiling, const geo::Body& body,
@@ -39,6 +41,12 @@ std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tili
   return std::nullopt;
 }
 
+/// A URL up to its path; of what is no URL all of it.
+std::string_view serverOf(std::string_view name) {
+  const std::size_t authority = name.find("://");
+  return authority == name.npos ? name : name.substr(0, name.find_first_of("/?#", authority + 3));
+}
+
 bool isMeshable(int cells) {
   return cells >= 4 && cells <= 128 && (cells & (cells - 1)) == 0;
 }
@@ -55,6 +63,7 @@ int firstCells(const LayerSource& source, int soFar, bool& isFirst) {
 struct LayerRoster::Entry {
   enum class State : std::uint8_t {
     opening,   ///< on a thread, or waiting to be tried again
+    looking,   ///< at its overview, before roots take the places of the line
     fetching,  ///< its roots
     ready,     ///< may take part
     failed,    ///< never will
@@ -77,8 +86,9 @@ struct LayerRoster::Entry {
   };
   std::vector<Root> roots;      ///< on their way, or held until contents are made of them
   std::uint32_t toldRoots = 0;  ///< of elevation, those that maker() has: GroundLayers::Layer
-  /// What imagery shows until its roots are here; null: nothing. Held for as long as roots may come into sight.
+  /// What imagery shows until its roots are here; null: nothing. Held until all roots are here, in sight or not.
   std::shared_ptr<LayerTiles> overview;
+  Clock::time_point rootsAt;  ///< while looking: when roots are asked for whether it has come or not
   std::vector<std::shared_ptr<TileFetch>> overviewRoots;
   std::shared_ptr<Opened> opened;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
@@ -141,7 +151,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
       wrong =
           io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
                       entry.source.open->info().name};
-    if (!wrong) roster->fetchRoots(entry, {});
+    if (!wrong) roster->begin(entry, Clock::now(), {});
     return wrong;
   };
   for (std::size_t i = 0; i < layers.elevation.size(); ++i) {
@@ -230,13 +240,25 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<cons
   } else {
     if (entry.steps)
       layout_[entry.layer].series = seriesOf(std::move(entry.steps->all), entry.steps->first, entry.layer);
+    begin(entry, now, rootShares);
+  }
+}
+
+/// Of an entry that is open: its overview first, if it has one, then its roots.
+void LayerRoster::begin(Entry& entry, Clock::time_point now, std::span<const double> rootShares) {
+  entry.tiles = std::make_shared<LayerTiles>(entry.source.open, layerBudgetBytes_, ledger_);
+  const bool mayLook = entry.kind == raster::Kind::imagery && !entry.steps && !layout_[entry.layer].series;
+  if (mayLook && entry.tiles->tellsPresence()) fetchOverview(entry);
+  if (entry.overviewRoots.empty()) {
     fetchRoots(entry, rootShares);
+  } else {
+    entry.state = Entry::State::looking;
+    entry.rootsAt = now + kOverviewAlone;
   }
 }
 
 /// Of imagery only those in sight, as far as that is known.
 void LayerRoster::fetchRoots(Entry& entry, std::span<const double> rootShares) {
-  entry.tiles = std::make_shared<LayerTiles>(entry.source.open, layerBudgetBytes_, ledger_);
   entry.state = Entry::State::fetching;
   for (int root = 0; entry.tiles->tellsPresence() && root < tiling_.rootCount(); ++root) {
     const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
@@ -246,9 +268,6 @@ void LayerRoster::fetchRoots(Entry& entry, std::span<const double> rootShares) {
     if (fetch) entry.roots.push_back({.root = id.root, .fetch = std::move(fetch)});
   }
   if (entry.roots.empty()) entry.state = Entry::State::ready;
-  if (entry.state == Entry::State::fetching && entry.kind == raster::Kind::imagery && !entry.steps &&
-      !layout_[entry.layer].series)
-    fetchOverview(entry);
 }
 
 /// What goes wrong with it is nobody's business: the roots will tell.
@@ -280,6 +299,15 @@ std::uint32_t LayerRoster::rootsHere(const Entry& entry) {
 
 bool LayerRoster::overviewIsHere(const Entry& entry) {
   return entry.overview && std::ranges::all_of(entry.overviewRoots, [](const auto& fetch) { return fetch->isReady(); });
+}
+
+/// Decoded, those out of sight too: no root stands without its picture any more.
+bool LayerRoster::hasAllRoots(const Entry& entry) const {
+  for (int root = 0; root < tiling_.rootCount(); ++root) {
+    const tiling::TileId id{.level = 0, .root = static_cast<std::uint8_t>(root)};
+    if (entry.tiles->storedLevel(id) >= 0 && !entry.tiles->kept(id)) return false;
+  }
+  return true;
 }
 
 bool LayerRoster::mayTakePart(const Entry& entry, std::span<const double> rootShares) {
@@ -314,8 +342,9 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
     for (const auto& entry : *all) {
       if (entry->state == Entry::State::opening) {
         if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now, rootShares);
-        if (entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt) open(*entry);
+        if (mayOpen(*entry, now)) open(*entry);
       }
+      if (mayFetchRoots(*entry, now)) fetchRoots(*entry, rootShares);
       if (entry->state == Entry::State::fetching) {
         hurryRoots(*entry, rootShares);
         if (mayTakePart(*entry, rootShares)) entry->state = Entry::State::ready;
@@ -331,10 +360,26 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
   return changed;
 }
 
+/// It is to be opened, or opened again, and would not keep a thread waiting for what others open or wait for already.
+bool LayerRoster::mayOpen(const Entry& entry, Clock::time_point now) const {
+  if (entry.state != Entry::State::opening || entry.opened || now < entry.retryAt) return false;
+  if (entry.source.waitsFor) return entry.source.waitsFor().empty();
+  const std::string_view server = serverOf(entry.source.name);
+  std::ptrdiff_t waiting = 0;
+  for (const auto* all : {&elevation_, &imagery_}) {
+    waiting += std::ranges::count_if(*all, [&](const auto& other) {
+      return other->opened && !other->source.waitsFor && serverOf(other->source.name) == server;
+    });
+  }
+  return waiting < kMostOfAServer;
+}
+
+bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
+  return entry.state == Entry::State::looking && (overviewIsHere(entry) || now >= entry.rootsAt);
+}
+
 bool LayerRoster::isDue(Clock::time_point now) const {
-  const auto isDueNow = [&](const auto& entry) {
-    return entry->state == Entry::State::opening && !entry->opened && now >= entry->retryAt;
-  };
+  const auto isDueNow = [&](const auto& entry) { return mayOpen(*entry, now) || mayFetchRoots(*entry, now); };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
          std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
          std::any_of(layout_.begin(), layout_.end(),
@@ -413,7 +458,11 @@ bool LayerRoster::groundIsNested() const {
 void LayerRoster::rootsAreMade() {
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
-      if (entry->isTold && !lacksRoots(*entry)) entry->roots.clear();
+      if (!entry->isTold || lacksRoots(*entry)) continue;
+      entry->roots.clear();
+      if (!entry->overview || !hasAllRoots(*entry)) continue;
+      entry->overview.reset();
+      entry->overviewRoots.clear();
     }
   }
 }
@@ -435,7 +484,7 @@ std::uint64_t LayerRoster::bytes() const {
   std::uint64_t bytes = 0;
   for (const auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all)
-      bytes += entry->tiles ? entry->tiles->bytes() : 0;
+      bytes += (entry->tiles ? entry->tiles->bytes() : 0) + (entry->overview ? entry->overview->bytes() : 0);
   }
   for (const ImageryLayout& layout : layout_)
     bytes += layout.series ? layout.series->bytes() : 0;
@@ -462,11 +511,20 @@ std::vector<io::Failure> LayerRoster::lateLayers() const {
       if (!isComing(*entry)) continue;
       const char* state = entry->state == Entry::State::opening ? "its server had not told what it offers"
                                                                 : "its coarsest images had not all come";
-      out.push_back({.code = io::Failure::Code::ioError,
-                     .message = fmt::format("{}.{} of the scene: {} in time; raise --timeout, or see with 'tellurion "
-                                            "sources' whether the server answers",
-                                            raster::nameOf(entry->kind), entry->layer, state),
-                     .where = entry->source.open ? entry->source.open->info().name : entry->source.name});
+      std::vector<std::string> servers;
+      if (entry->state == Entry::State::opening && entry->source.waitsFor) servers = entry->source.waitsFor();
+      if (servers.empty()) servers.push_back(entry->source.open ? entry->source.open->info().name : entry->source.name);
+      for (std::string& server : servers) {
+        io::Failure late{.code = io::Failure::Code::ioError,
+                         .message = fmt::format("{}.{} of the scene: {} in time; raise --timeout, or see with "
+                                                "'tellurion sources' whether the server answers",
+                                                raster::nameOf(entry->kind), entry->layer, state),
+                         .where = std::move(server)};
+        const auto isSame = [&](const io::Failure& told) {
+          return told.where == late.where && told.message == late.message;
+        };
+        if (std::ranges::none_of(out, isSame)) out.push_back(std::move(late));
+      }
     }
   }
   for (std::size_t i = 0; i < layout_.size(); ++i) {

@@ -73,11 +73,15 @@ class LayerRoster {
   int cellsOf(const Entry& entry) const;
   void open(Entry& entry);
   void takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  bool mayOpen(const Entry& entry, Clock::time_point now) const;
+  void begin(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  static bool mayFetchRoots(const Entry& entry, Clock::time_point now);
   void fetchRoots(Entry& entry, std::span<const double> rootShares);
   void join(Entry& entry, ColourLayers::Layer& layer);
   void hurryRoots(Entry& entry, std::span<const double> rootShares);
   void fetchOverview(Entry& entry);
   static std::uint32_t rootsHere(const Entry& entry);
+  bool hasAllRoots(const Entry& entry) const;
   static bool overviewIsHere(const Entry& entry);
   static bool mayTakePart(const Entry& entry, std::span<const double> rootShares);
   static bool lacksRoots(const Entry& entry);

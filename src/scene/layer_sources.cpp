@@ -6,13 +6,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
-#include <functional>
 #include <iterator>
-#include <mutex>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -20,7 +17,6 @@
 #include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
-#include "raster/derived_tiles.h"
 #include "raster/grid_tile_source.h"
 #include "raster/image_catalogue.h"
 #include "raster/live_raster.h"
@@ -28,6 +24,7 @@
 #include "raster/service.h"
 #include "raster/service_url.h"
 #include "raster/time_extent.h"
+#include "scene/derived_layer.h"
 #include "scene/layer_entry.h"
 
 namespace tellurion::scene {
@@ -162,7 +159,8 @@ LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind
                           const ServiceUse& use) {
   const auto opening = [service, kind, body = scene.body, scheme = scene.tiling,
                         use]() -> io::Result<LayerSource::Pointer> {
-    auto grid = raster::openService(service, kind, body, *use.resources);
+    auto grid = kind == raster::Kind::elevation ? raster::openHeights(service, body, *use.resources)
+                                                : raster::openService(service, kind, body, *use.resources);
     if (!grid) return tl::unexpected(std::move(grid.error()));
     return raster::gridTileSource(std::move(*grid), scheme, use.resources, {.memoryBytes = use.imageBytes});
   };
@@ -199,93 +197,6 @@ io::Result<SourcePointer> openCatalogue(const std::string& path, raster::Kind ki
     if (progress) progress(warning, kWarningShare);
   }
   return std::move(catalogue->tiles);
-}
-
-/// A source that several layers are made of: opened once, by whichever needs it first. Thread-safe.
-class SharedSource {
- public:
-  SharedSource(LayerSource source, std::optional<double> seam_m)
-      : source_(std::move(source)), seam_m_(seam_m), isOpen_(source_.open != nullptr) {}
-
-  io::Result<LayerSource::Pointer> get() {
-    const std::lock_guard lock(mutex_);
-    if (!source_.open) {
-      auto opened = source_.opening();
-      if (!opened) return tl::unexpected(std::move(opened.error()));
-      source_.open = std::move(*opened);
-      isOpen_ = true;
-    }
-    return source_.open;
-  }
-  /// Never waits.
-  bool isOpen() const { return isOpen_; }
-  const std::optional<double>& seam_m() const { return seam_m_; }
-  const std::string& name() const { return source_.name; }
-
- private:
-  std::mutex mutex_;
-  LayerSource source_;
-  std::optional<double> seam_m_;  ///< of elevation: LayerSource's
-  std::atomic<bool> isOpen_;
-};
-using SharedSources = std::vector<std::shared_ptr<SharedSource>>;
-
-LayerSource layerOf(const std::shared_ptr<SharedSource>& source) {
-  if (source->isOpen()) return {*source->get()};
-  return {[source] { return source->get(); }, source->name()};
-}
-
-raster::DerivedHeights heightsOf(const SharedSource& source, LayerSource::Pointer open) {
-  return {.source = std::move(open), .seam_m = source.seam_m()};
-}
-
-/// Of all that can be opened; while one may come yet, it is waited for.
-io::Result<LayerSource::Pointer> derivedOf(const SharedSources& heights, const raster::HeightColours& colours) {
-  std::vector<raster::DerivedHeights> open;
-  std::optional<io::Failure> failure;
-  for (const auto& source : heights) {
-    auto opened = source->get();
-    if (opened) {
-      open.push_back(heightsOf(*source, std::move(*opened)));
-      continue;
-    }
-    if (opened.error().code == Code::ioError) return opened;
-    failure = std::move(opened.error());
-  }
-  if (open.empty() && failure) return tl::unexpected(std::move(*failure));
-  return raster::derivedTileSource(open, colours);
-}
-
-/// Of those that are open, whichever they are; waits for one when none is, and is asked again when that fails.
-io::Result<LayerSource::Pointer> derivedOfOpen(const SharedSources& heights, const raster::HeightColours& colours) {
-  std::vector<raster::DerivedHeights> open;
-  for (const auto& source : heights) {
-    if (source->isOpen()) open.push_back(heightsOf(*source, *source->get()));
-  }
-  io::Result<LayerSource::Pointer> first;
-  for (std::size_t i = 0; i < heights.size() && open.empty(); ++i) {
-    first = heights[i]->get();
-    if (first) open.push_back(heightsOf(*heights[i], *first));
-  }
-  if (open.empty()) return first;
-  return raster::derivedTileSource(open, colours);
-}
-
-/// Pictures of several servers' heights begin with those that are here, as the heights themselves do; once all have
-/// answered, pictures of all take their place.
-io::Result<std::vector<LayerSource>> derivedLayer(const SharedSources& heights, const raster::HeightColours& colours) {
-  const bool isHere = std::ranges::all_of(heights, [](const auto& source) { return source->isOpen(); });
-  if (isHere) {
-    auto derived = derivedOf(heights, colours);
-    if (!derived) return tl::unexpected(std::move(derived.error()));
-    return std::vector{LayerSource(std::move(*derived))};
-  }
-  const std::string& name = heights.back()->name();
-  LayerSource whole([heights, colours] { return derivedOf(heights, colours); }, name);
-  if (heights.size() == 1) return std::vector{std::move(whole)};
-  whole.replacesOthers = true;
-  return std::vector{LayerSource([heights, colours] { return derivedOfOpen(heights, colours); }, name),
-                     std::move(whole)};
 }
 
 template <class Layer>
@@ -344,12 +255,14 @@ io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress
                        .imageBytes = imageBytes / static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(services, 1))};
   const auto openImagery = [&](const ImageryLayer& layer,
                                const SharedSources& heights) -> io::Result<std::vector<LayerSource>> {
-    if (layer.derived && !layer.derived->of) return derivedLayer(heights, layer.derived->colours);
+    if (layer.derived && !layer.derived->of)
+      return derivedLayer(heights, layer.derived->colours, SharedSource::OpenedBy::layersOfItsOwn);
     auto own = layer.derived ? openLayer(*layer.derived->of, raster::Kind::elevation, scene, use, progress, stop)
                              : openLayer(layer, raster::Kind::imagery, scene, use, progress, stop);
     if (!own) return tl::unexpected(std::move(own.error()));
     if (!layer.derived) return std::vector{std::move(*own)};
-    return derivedLayer({std::make_shared<SharedSource>(std::move(*own), 0.0)}, layer.derived->colours);
+    return derivedLayer({std::make_shared<SharedSource>(std::move(*own), 0.0)}, layer.derived->colours,
+                        SharedSource::OpenedBy::thisLayer);
   };
   SharedSources heights;
   for (const ElevationLayer& layer : scene.elevation) {

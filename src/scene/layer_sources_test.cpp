@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geo/body.h"
+#include "io/fault_server_test.h"
 
 namespace tellurion::scene {
 namespace {
@@ -202,6 +203,42 @@ TEST_F(LayerSources, picturesOfHeightsAreOpenWhenTheHeightsAre) {
   const auto rest = layers->imagery[0].source.opening();
   ASSERT_TRUE(rest) << io::describe(rest.error());
   EXPECT_EQ((*rest)->info().maxLevel, 1);
+}
+
+/// A WMS of heights whose small map of everything the server does not make: heights come out of finer maps.
+TEST_F(LayerSources, heightsComeThoughTheServerRefusesTheMapOfEverything) {
+  const io::FaultServer server(folder);
+  std::ofstream(folder / "wms")
+      << R"(<WMS_Capabilities version="1.3.0"><Capability><Request><GetMap><Format>image/tiff</Format></GetMap></Request>
+            <Layer><Name>dem</Name><CRS>CRS:84</CRS><EX_GeographicBoundingBox><westBoundLongitude>-180</westBoundLongitude>
+            <eastBoundLongitude>180</eastBoundLongitude><southBoundLatitude>-90</southBoundLatitude>
+            <northBoundLatitude>90</northBoundLatitude></EX_GeographicBoundingBox></Layer></Capability></WMS_Capabilities>)";
+  const std::string maps = "/wms?SERVICE=WMS&VERSION=1.3.0&REQUEST=GetMap&LAYERS=dem&STYLES=&CRS=CRS:84&WIDTH=";
+  Scene scene;
+  scene.elevation.push_back({.source = server.url("/wms"),
+                             .from = SourceKind::service,
+                             .service = {.source = server.url("/wms"), .type = "wms", .layer = "dem"}});
+  for (const bool refuses : {false, true}) {
+    server.tell("clear");
+    server.tell("reset");
+    server.tell("set?prefix=/wms%3FSERVICE=WMS%26VERSION=1.3.0%26REQUEST=GetMap&fault=status&code=404");
+    if (refuses) {
+      server.tell(
+          "set?prefix=/wms%3FSERVICE=WMS%26VERSION=1.3.0%26REQUEST=GetMap%26LAYERS=dem%26STYLES=%26CRS=CRS:84%26"
+          "WIDTH=256&fault=status&code=400");
+    }
+    const auto layers = openLayers(scene, {}, {}, {.cacheBytes = 0});
+    ASSERT_TRUE(layers) << io::describe(layers.error());
+    const auto source = layers->elevation[0].opening();
+    ASSERT_TRUE(source) << io::describe(source.error());
+    EXPECT_TRUE((*source)->load({.level = 0, .root = 0})) << "no server's image is there, which is no failure";
+    const auto small = [&](const std::string& url) { return url.starts_with(maps + "256&"); };
+    const auto state = server.state();
+    int finer = 0;
+    for (const auto& [url, count] : state["counts"].items())
+      finer += url.starts_with(maps) && !small(url) ? 1 : 0;
+    EXPECT_EQ(finer > 0, refuses) << state["counts"];
+  }
 }
 
 }  // namespace

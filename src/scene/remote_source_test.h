@@ -26,11 +26,14 @@ class FakeServer {
     std::function<void()> ready;
     bool served = false;
     bool used = false;  ///< loaded from
+    bool hasPlace = false;
   };
   enum class Order { mostUrgent, firstCome };
   struct Line {
     bool cancels = true;     ///< else what is let go of has its turn all the same, in the place where it stands
     bool remembers = false;  ///< what was brought once is at hand from then on, as from a cache on disk
+    /// Connections: the most urgent who waits gets one that is free, and only who has one is answered; 0: no bound.
+    std::size_t places = 0;
   };
   FakeServer() = default;
   explicit FakeServer(const Line& line) : line_(line) {}
@@ -50,6 +53,7 @@ class FakeServer {
     auto request = std::make_shared<Request>(Request{source, id, priority, arrivals_++, std::move(ready)});
     waiting_.push_back(request);
     ++asked_[id];
+    givePlaces();
     return request;
   }
   void setPriority(Request& request, double priority) {
@@ -63,6 +67,7 @@ class FakeServer {
       std::erase(held_, request);
     } else if (line_.cancels) {
       std::erase(waiting_, request);
+      givePlaces();
     } else {
       request->ready = nullptr;
     }
@@ -83,11 +88,13 @@ class FakeServer {
     const std::lock_guard lock(mutex_);
     for (; served < count && !waiting_.empty(); ++served) {
       const auto next = std::min_element(waiting_.begin(), waiting_.end(), [&](const auto& a, const auto& b) {
+        if (a->hasPlace != b->hasPlace) return a->hasPlace;
         if (order == Order::mostUrgent && a->priority != b->priority) return a->priority > b->priority;
         return a->arrival < b->arrival;
       });
       const std::shared_ptr<Request> request = *next;
       waiting_.erase(next);
+      givePlaces();
       if (line_.remembers) brought_.insert({request->source, request->id});
       if (!request->ready) continue;
       request->served = true;
@@ -100,6 +107,11 @@ class FakeServer {
   std::size_t waiting() const {
     const std::lock_guard lock(mutex_);
     return waiting_.size();
+  }
+  /// Whose requests got a place, in that order.
+  std::vector<const void*> begun() const {
+    const std::lock_guard lock(mutex_);
+    return begun_;
   }
   /// Answered, and not yet let go of by who asked.
   std::size_t holding() const {
@@ -123,6 +135,21 @@ class FakeServer {
   }
 
  private:
+  void givePlaces() {
+    const auto isWaiting = [](const auto& request) { return !request->hasPlace; };
+    const auto taken = [&] {
+      return waiting_.size() - static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), isWaiting));
+    };
+    while (taken() < std::min(line_.places, waiting_.size())) {
+      const auto next = std::max_element(waiting_.begin(), waiting_.end(), [&](const auto& a, const auto& b) {
+        if (a->hasPlace != b->hasPlace) return a->hasPlace;
+        return a->priority < b->priority;
+      });
+      (*next)->hasPlace = true;
+      begun_.push_back((*next)->source);
+    }
+  }
+
   Line line_;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<Request>> waiting_;
@@ -130,6 +157,7 @@ class FakeServer {
   std::set<tiling::TileId> answered_;
   std::set<std::pair<const void*, tiling::TileId>> brought_;  ///< where it remembers
   std::vector<std::shared_ptr<Request>> held_;
+  std::vector<const void*> begun_;
   std::uint64_t arrivals_ = 0;
   int cancelled_ = 0;
 };
