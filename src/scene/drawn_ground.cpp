@@ -83,8 +83,20 @@ std::optional<geo::BodyPosition> drawnPoint(const Frame& frame, const tiling::Ti
 
 std::optional<double> drawnHeight_m(const Frame& frame, const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
                                     const geo::Direction& place) {
-  const auto point = drawnPoint(frame, tiling, place);
+  constexpr int kSteps = 8;
+  constexpr double kNearEnough = 1e-9;  // 6 mm on Earth
+  auto point = drawnPoint(frame, tiling, place);
   if (!point) return std::nullopt;
+  // A chord's point stands beside its place: the place is looked for whose point is over the one that was asked.
+  geo::Direction sought = place;
+  for (int i = 0; i < kSteps; ++i) {
+    const geo::Vec3 aside = place.n - ellipsoid.directionFromBody(*point).n;
+    if (geo::length(aside) < kNearEnough) break;
+    sought.n = geo::normalize(sought.n + aside);
+    const auto next = drawnPoint(frame, tiling, sought);
+    if (!next) break;
+    point = next;
+  }
   return ellipsoid.geodeticFromBody(*point).height_m;
 }
 

@@ -10,8 +10,8 @@ namespace tellurion::scene {
 
 /// Height in metres above the ellipsoid of the triangles that a frame draws over a place; nothing where it draws no
 /// tile (the place is out of view). While data load, and where a mesh leaves out samples, it differs from the finest
-/// ground that is known; who must not enter what is seen asks for both. Costs a walk over one tile's triangles, tens of
-/// microseconds.
+/// ground that is known; who must not enter what is seen asks for both. Costs a few walks over one tile's triangles, tens
+/// of microseconds each.
 std::optional<double> drawnHeight_m(const Frame& frame, const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid,
                                     const geo::Direction& place);
 

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "geo/body.h"
+#include "scene/drawn_vertex.h"
 #include "scene/terrain_mesh.h"
 
 namespace tellurion::scene {
@@ -64,6 +67,55 @@ TEST_P(DrawnGround, IsTheHeightOfTheTrianglesAtEveryPlaceOfTheTile) {
       EXPECT_NEAR(*height, slope_m(s, t), drawing.error_m + 0.1)
           << "vertices lie within a unit of 1 / 32768 of the tile";
     }
+  }
+}
+
+/// Where the vertical at a place meets a triangle, as a height over the ellipsoid along that vertical.
+std::optional<double> heightOnVertical(const std::array<geo::Vec3, 3>& corners, const geo::Vec3& foot,
+                                       const geo::Vec3& up) {
+  const geo::Vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], over = geo::cross(up, ac);
+  const double area = geo::dot(ab, over);
+  if (area == 0.0) return std::nullopt;
+  const geo::Vec3 to = foot - corners[0];
+  const double b = geo::dot(to, over) / area, c = geo::dot(up, geo::cross(to, ab)) / area;
+  if (std::min({b, c, 1.0 - b - c}) < 0.0) return std::nullopt;
+  return geo::dot(ac, geo::cross(to, ab)) / area;
+}
+
+// Exaggerated chords of a large tile stand kilometres beside their places.
+TEST_P(DrawnGround, IsOnTheVerticalOfItsPlaceHoweverLargeTheTriangles) {
+  const tiling::Tiling tiling(GetParam());
+  const geo::Ellipsoid ellipsoid = geo::earth().ellipsoid;
+  constexpr tiling::TileId kLarge{3, 1, 3, 4};
+  GroundSamples heights = sloping();
+  for (float& h : heights.samples)
+    h = 8.0f * h - 12000.0f;
+  const MadeMesh made = makeTerrainMesh(tiling, ellipsoid, surfaceGrid(tiling, ellipsoid, kLarge, heights));
+  Frame frame;
+  frame.exaggeration = 35.0;
+  frame.tiles.push_back({.id = kLarge, .mesh = made.mesh});
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> share(0.2, 0.8);
+  for (int i = 0; i < 200; ++i) {
+    const geo::Direction place = tiling.direction(tiling::rootPointIn(kLarge, share(random), share(random)));
+    const auto height = drawnHeight_m(frame, tiling, ellipsoid, place);
+    ASSERT_TRUE(height);
+    geo::Geodetic at = geo::geodeticFromDirection(place);
+    at.height_m = 0.0;
+    double nearest_m = HUGE_VAL;
+    const auto meet = [&](const IndexRange& range) {
+      for (std::uint32_t k = range.first; k + 2 < range.first + range.count; k += 3) {
+        std::array<geo::Vec3, 3> corners;
+        for (std::uint32_t j = 0; j < 3; ++j)
+          corners[j] = drawnPosition(frame.tiles[0], made.mesh->vertices[made.mesh->indices[k + j]], frame).m;
+        const auto met = heightOnVertical(corners, ellipsoid.bodyFromGeodetic(at).m, place.n);
+        if (met) nearest_m = std::min(nearest_m, std::abs(*met - *height));
+      }
+    };
+    meet(made.mesh->interior);
+    for (const IndexRange& edge : made.mesh->fineEdge)
+      meet(edge);
+    EXPECT_LT(nearest_m, 0.1) << "case " << i;
   }
 }
 

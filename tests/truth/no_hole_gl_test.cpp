@@ -409,7 +409,8 @@ class Walk {
         ", tolerance " + std::to_string(tolerance_px_) + (hasClock_ ? ", with a clock" : "") +
         (frame.statistics.tilesWanted > 0 ? ", incomplete" : "") + (frame.statistics.cappedByBudget ? ", capped" : "") +
         ", " + std::to_string(frame.tiles.size()) + " tiles; ground height known below the eye " +
-        std::to_string(globe_->groundHeight_m(eye_.over).value_or(0.0)) + " m";
+        std::to_string(globe_->groundHeight_m(eye_.over).value_or(0.0)) + " m, drawn " +
+        std::to_string(scene::drawnHeight_m(frame, tiling_, kEarth, eye_.over).value_or(std::nan(""))) + " m";
     const geo::Direction d = kEarth.directionFromBody(seen.ground);
     const tiling::RootPoint p = tiling_.rootPoint(d);
     out += "; the ray comes down " + std::to_string(geo::length(seen.ground - frame.view.eye)) + " m away, at " +
