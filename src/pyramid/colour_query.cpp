@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 
 #include "pyramid/query_tiles.h"
@@ -68,6 +67,10 @@ struct ColourQuery::State {
                         .spacing_m = tiles.spacing_m(tile->id.level),
                         .hasFiner = tile->hasFiner(p)};
   }
+
+  auto answering(const ColourQuestion& question) const {
+    return [this, &question](const tiling::RootPoint& p, const QueryTile* tile) { return answer(p, tile, question); };
+  }
 };
 
 ColourQuery::ColourQuery(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -86,21 +89,13 @@ io::Result<ColourQuery> ColourQuery::create(std::shared_ptr<const raster::TileSo
 
 io::Result<std::optional<ColourAnswer>> ColourQuery::at(const geo::Direction& place,
                                                         const ColourQuestion& question) const {
-  const tiling::RootPoint point = state_->tiles.tiling().rootPoint(place);
-  const auto tile = state_->tiles.finest(point, question.level.value_or(tiling::kMaxLevel));
-  if (!tile) return tl::unexpected(tile.error());
-  return state_->answer(point, tile->get(), question);
+  return state_->tiles.ask<ColourAnswer>(place, question.level.value_or(tiling::kMaxLevel),
+                                         state_->answering(question));
 }
 
 io::Result<void> ColourQuery::at(std::span<const geo::Direction> places, std::span<std::optional<ColourAnswer>> answers,
                                  const ColourQuestion& question) const {
-  assert(places.size() == answers.size());
-  return state_->tiles.visit(
-      places, question.level.value_or(tiling::kMaxLevel),
-      [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) {
-        answers[i] = state_->answer(p, tile, question);
-      },
-      [&](std::size_t i) { __builtin_prefetch(&answers[i], 1); });
+  return state_->tiles.ask(places, answers, question.level.value_or(tiling::kMaxLevel), state_->answering(question));
 }
 
 }  // namespace tellurion::pyramid

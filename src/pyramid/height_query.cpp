@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 
 #include "geo/local_frame.h"
@@ -131,6 +130,10 @@ struct HeightQuery::State {
     if (question.withNormals) answer.normal_enu = normal(p, *tile, cell.patch, answer.height_m);
     return answer;
   }
+
+  auto answering(const HeightQuestion& question) const {
+    return [this, &question](const tiling::RootPoint& p, const QueryTile* tile) { return answer(p, tile, question); };
+  }
 };
 
 HeightQuery::HeightQuery(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -149,21 +152,13 @@ io::Result<HeightQuery> HeightQuery::create(std::shared_ptr<const raster::TileSo
 
 io::Result<std::optional<HeightAnswer>> HeightQuery::at(const geo::Direction& place,
                                                         const HeightQuestion& question) const {
-  const tiling::RootPoint point = state_->tiles.tiling().rootPoint(place);
-  const auto tile = state_->tiles.finest(point, question.level.value_or(tiling::kMaxLevel));
-  if (!tile) return tl::unexpected(tile.error());
-  return state_->answer(point, tile->get(), question);
+  return state_->tiles.ask<HeightAnswer>(place, question.level.value_or(tiling::kMaxLevel),
+                                         state_->answering(question));
 }
 
 io::Result<void> HeightQuery::at(std::span<const geo::Direction> places, std::span<std::optional<HeightAnswer>> answers,
                                  const HeightQuestion& question) const {
-  assert(places.size() == answers.size());
-  return state_->tiles.visit(
-      places, question.level.value_or(tiling::kMaxLevel),
-      [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) {
-        answers[i] = state_->answer(p, tile, question);
-      },
-      [&](std::size_t i) { __builtin_prefetch(&answers[i], 1); });
+  return state_->tiles.ask(places, answers, question.level.value_or(tiling::kMaxLevel), state_->answering(question));
 }
 
 }  // namespace tellurion::pyramid

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <atomic>
+#include <cassert>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -72,6 +74,24 @@ class QueryTiles {
   template <class Visit, class Announce>
   io::Result<void> visit(std::span<const geo::Direction> places, int level, const Visit& visit,
                          const Announce& announce);
+
+  /// What answer(root point, tile or null) says of one place, and of each of many: `answers` is as long as `places`.
+  template <class Answer, class Answering>
+  io::Result<std::optional<Answer>> ask(const geo::Direction& place, int level, const Answering& answer) {
+    const tiling::RootPoint point = tiling_.rootPoint(place);
+    const auto tile = finest(point, level);
+    if (!tile) return tl::unexpected(tile.error());
+    return answer(point, tile->get());
+  }
+  template <class Answer, class Answering>
+  io::Result<void> ask(std::span<const geo::Direction> places, std::span<std::optional<Answer>> answers, int level,
+                       const Answering& answer) {
+    assert(places.size() == answers.size());
+    return visit(
+        places, level,
+        [&](std::size_t i, const tiling::RootPoint& p, const QueryTile* tile) { answers[i] = answer(p, tile); },
+        [&](std::size_t i) { __builtin_prefetch(&answers[i], 1); });
+  }
 
  private:
   using TileCache = raster::SharedCache<tiling::TileId, QueryTile, tiling::TileIdHash>;
