@@ -6,49 +6,22 @@
 
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
-#include "geo/body.h"
 #include "geo/seed_test.h"
-#include "scene/tile_content.h"
+#include "scene/fake_tree_test.h"
 
 namespace tellurion::scene {
 namespace {
 
-using tiling::TileId;
-
-const geo::Ellipsoid kEarth = geo::earth().ellipsoid;
-
 /// Rough ground, of which tiles of the deeper levels are not here but for some.
-class PartlyLoaded final : public TileTree {
- public:
-  PartlyLoaded(const tiling::Tiling& tiling, std::uint64_t seed) : tiling_(tiling), seed_(seed) {}
-
-  TileFacts* root(int root) override { return facts({.level = 0, .root = static_cast<std::uint8_t>(root)}); }
-  std::array<TileFacts*, 4> children(const TileId& id, TileFacts&) override {
-    return {facts(id.child(0)), facts(id.child(1)), facts(id.child(2)), facts(id.child(3))};
-  }
-
- private:
-  TileFacts* facts(const TileId& id) {
-    const auto [found, isNew] = facts_.try_emplace(id);
-    if (isNew) {
-      const double size_m = tiling_.metrics(id.level).meanEdge.radians() * kEarth.semiMajorAxis_m();
-      const std::uint64_t dice = tiling::TileIdHash{}(id) ^ seed_;
-      TileFacts& f = found->second;
-      f.drawable = id.level < 7 || dice % 16 != 0;
-      f.box = f.tightBox = estimatedBox(tiling_, kEarth, id, {.low_m = -500.0, .high_m = 9000.0});
-      f.corners = tileCorners(tiling_, id);
-      f.around = tilesAround(tiling_, id);
-      f.error_m = 0.001 * size_m * (0.1 + static_cast<double>(dice % 1000) / 1000.0);
-    }
-    return &found->second;
-  }
-
-  tiling::Tiling tiling_;
-  std::uint64_t seed_;
-  std::unordered_map<TileId, TileFacts, tiling::TileIdHash> facts_;
-};
+FakeTree partlyLoaded(const tiling::Tiling& tiling, std::uint64_t seed) {
+  const auto dice = [seed](const TileId& id) { return tiling::TileIdHash{}(id) ^ seed; };
+  FakeTree tree(tiling);
+  tree.deepest = tiling::kMaxLevel;
+  tree.loaded = [dice](const TileId& id) { return id.level < 7 || dice(id) % 16 != 0; };
+  tree.roughness = [dice](const TileId& id) { return (0.1 + static_cast<double>(dice(id) % 1000) / 1000.0) / 3.0; };
+  return tree;
+}
 
 class CutGrowth : public testing::TestWithParam<tiling::Scheme> {};
 INSTANTIATE_TEST_SUITE_P(All, CutGrowth,
@@ -61,7 +34,7 @@ TEST_P(CutGrowth, inPartsIsAsAtOnce) {
   std::size_t wanted = 0;
   std::size_t nodes = 0;
   for (int i = 0; i < 20; ++i) {
-    PartlyLoaded tree(tiling, random());
+    FakeTree tree = partlyLoaded(tiling, random());
     const Camera camera{.position = {.lat = geo::Angle::radians(std::asin(geo::uniform(random, -1, 1))),
                                      .lon = geo::Angle::degrees(geo::uniform(random, -180, 180)),
                                      .height_m = 9500.0 + std::exp(geo::uniform(random, 0, 15))},
