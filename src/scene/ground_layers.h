@@ -10,7 +10,7 @@
 
 #include "raster/seam.h"
 #include "scene/layer_tiles.h"
-#include "scene/terrain_mesh.h"
+#include "scene/surface_grid.h"
 
 namespace tellurion::scene {
 

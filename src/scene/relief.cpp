@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/relief.h"
 #include "scene/terrain_mesh.h"
 
 namespace tellurion::scene {

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "scene/terrain_mesh.h"
+#include "scene/surface_grid.h"
 
 namespace tellurion::scene {
 namespace {
@@ -35,6 +35,10 @@ SurfaceGrid surfaceGrid(const tiling::Tiling& tiling, const geo::Ellipsoid& elli
     }
   }
   return grid;
+}
+
+double cellSide_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
+  return tiling.metrics(grid.id.level).largestEdge.radians() * ellipsoid.semiMajorAxis_m() / grid.cells;
 }
 
 }  // namespace tellurion::scene

@@ -7,6 +7,7 @@
 #include "geo/ellipsoid.h"
 #include "scene/frame.h"
 #include "scene/oriented_box.h"
+#include "scene/surface_grid.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -22,27 +23,6 @@ double meshTolerance_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellip
 /// bodies of the Earth's size, for giants the largest that is at most 2^-38 of the diameter. Single precision and a
 /// 16-bit rest hold any vertex of any tile exactly (TerrainVertex).
 double vertexGrid_m(const geo::Ellipsoid& ellipsoid);
-
-/// The heights of a tile as its mesh needs them: (cells + 3)^2 with a gutter as in raster::ElevationTile, metres, all
-/// finite; the samples on the tile's edges must be those that the tiles next to it have there. cells is a power of
-/// two, 4..128.
-using GroundSamples = raster::Raster<float>;
-
-/// Where the samples of a tile lie in space, gutter included (its four corners are not filled in).
-struct SurfaceGrid {
-  tiling::TileId id;
-  int cells = 0;
-  std::vector<geo::Direction> up;            ///< (cells + 3)^2, row-major
-  std::vector<geo::BodyPosition> positions;  ///< likewise, in full precision
-  std::vector<float> heights_m;              ///< likewise, above the ellipsoid
-
-  /// Sample (col, row) from -1 to cells + 1.
-  std::size_t index(int col, int row) const {
-    return static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(cells + 3) + static_cast<std::size_t>(col + 1);
-  }
-};
-SurfaceGrid surfaceGrid(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const tiling::TileId& id,
-                        const GroundSamples& heights);
 
 struct MadeMesh {
   std::shared_ptr<const TerrainMesh> mesh;
@@ -62,11 +42,6 @@ struct MadeMesh {
 /// of a coarse edge (the comparison mode). Thread-safe, pure but for the serial.
 MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
                          const TerrainMesh* parent = nullptr, bool regular = false);
-
-/// Relief as frame.h describes it, one picture without further mip levels: shading normals of the ground by central
-/// differences over the gutter, minus the ellipsoid's. Where three tiles meet at a corner the normal is that of the
-/// triangle of the three samples next to it.
-std::shared_ptr<const TextureImage> makeRelief(const SurfaceGrid& grid);
 
 /// A number that no other mesh or texture of the process has.
 std::uint64_t nextSerial();

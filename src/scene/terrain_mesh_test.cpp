@@ -16,6 +16,7 @@
 #include "scene/drawn_vertex.h"
 #include "scene/ground_layers.h"
 #include "scene/procedural_source_test.h"
+#include "scene/relief.h"
 #include "scene/tile_content.h"
 
 namespace tellurion::scene {

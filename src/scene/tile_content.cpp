@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "scene/relief.h"
 #include "scene/texture_image.h"
 
 namespace tellurion::scene {
