@@ -286,6 +286,9 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
   if (!context) return tl::unexpected(context.error());
   auto renderer = render::Renderer::create(arguments.renderer());
   if (!renderer) return tl::unexpected(renderer.error());
+  if (scene->air.enabled) {
+    if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
+  }
   auto target = render::RenderTarget::create(arguments.viewport());
   if (!target) return tl::unexpected(target.error());
   return Studio{std::move(*globe), clockOf(*scene, arguments), std::move(*context), std::move(*renderer),

@@ -98,15 +98,20 @@ void describeRecords(GLuint vao, GLuint buffer) {
 
 }  // namespace
 
-io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu) {
+io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu, bool inAir) {
   const std::string_view blocks = isSoftwareRenderer() && !asOnAnyGpu ? shaders::blocks_software : shaders::blocks;
   const std::string_view light = isSoftwareRenderer() ? shaders::exact_light_software : shaders::exact_light;
   const std::string layers = std::string(blocks) + std::string(light) + std::string(shaders::layers);
+  const std::string airBlock = std::string(shaders::air_structs) + std::string(shaders::air_block);
+  const std::string air = std::string(shaders::air_model) + std::string(shaders::air_ray) + std::string(shaders::air);
   io::Result<void> fine;
   const auto compiled = [&](std::string_view define, std::string_view sampling, std::string_view main) {
-    auto program = compileProgram(
-        {define, shaders::frame_block, shaders::terrain_vert},
-        {define, shaders::constants, shaders::frame_block, shaders::lighting, sampling, shaders::ground, main});
+    const std::string_view airDefine = inAir ? "#define AIR\n" : "";
+    const std::string_view block = inAir ? std::string_view(airBlock) : "";
+    const std::string_view functions = inAir ? std::string_view(air) : "";
+    auto program = compileProgram({define, airDefine, block, shaders::frame_block, shaders::terrain_vert},
+                                  {define, airDefine, shaders::constants, block, shaders::frame_block,
+                                   shaders::lighting, functions, sampling, shaders::ground, main});
     if (!program) fine = tl::unexpected(program.error());
     return program ? std::move(*program) : Program();
   };
@@ -118,8 +123,9 @@ io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu) {
   return programs;
 }
 
-GroundPass::GroundPass(Programs programs)
+GroundPass::GroundPass(Programs programs, bool asOnAnyGpu)
     : programs_(std::move(programs)),
+      asOnAnyGpu_(asOnAnyGpu),
       frameBlock_(emptyBuffer()),
       recordBuffer_(emptyBuffer()),
       commandBuffer_(emptyBuffer()),
@@ -127,9 +133,9 @@ GroundPass::GroundPass(Programs programs)
       pictureTexture_(emptyBufferTexture()) {}
 
 io::Result<GroundPass> GroundPass::create(const GeometryArena& geometry, bool asOnAnyGpu) {
-  auto programs = compilePrograms(asOnAnyGpu);
+  auto programs = compilePrograms(asOnAnyGpu, false);
   if (!programs) return tl::unexpected(programs.error());
-  GroundPass pass(std::move(*programs));
+  GroundPass pass(std::move(*programs), asOnAnyGpu);
   describeRecords(geometry.vertexArray(), pass.recordBuffer());
   return pass;
 }
@@ -139,7 +145,15 @@ void GroundPass::setFrame(const scene::Frame& frame, const SnappedEye& eye) {
   stream(frameBlock_, std::span(&block, 1));
 }
 
-int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents) {
+io::Result<void> GroundPass::prepareAir(const MeshPlace& mesh, const GpuResidents& residents) {
+  auto programs = compilePrograms(asOnAnyGpu_, true);
+  if (!programs) return tl::unexpected(programs.error());
+  airPrograms_ = std::move(*programs);
+  drawWithEach(airPrograms_, mesh, residents);
+  return {};
+}
+
+int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents, bool inAir) {
   stream(recordBuffer_, plan.records());
   stream(commandBuffer_, plan.commands());
   stream(pictureBuffer_, plan.pictureRecords());
@@ -150,7 +164,7 @@ int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents) {
   for (GLuint unit = 0; unit < kUnits; ++unit)
     glBindSampler(unit, 0);
   for (const DrawGroup& group : plan.groups())
-    drawGroup(group, plan.adjusts(), residents);
+    drawGroup(group, inAir ? airPrograms_ : programs_, plan.adjusts(), residents);
   glBindVertexArray(0);
   return static_cast<int>(plan.groups().size());
 }
@@ -163,17 +177,18 @@ void GroundPass::bindPictures(const GpuResidents& residents) const {
     glBindTextureUnit(kFirstBlockUnit + i, residents.colours().texture(i));
 }
 
-void GroundPass::drawGroup(const DrawGroup& group, bool adjusts, const GpuResidents& residents) const {
+void GroundPass::drawGroup(const DrawGroup& group, const Programs& programs, bool adjusts,
+                           const GpuResidents& residents) const {
   switch (group.kind) {
     case TileColours::Kind::one:
-      glUseProgram(programs_.one.name());
+      glUseProgram(programs.one.name());
       break;
     case TileColours::Kind::night:
-      glUseProgram(programs_.night.name());
+      glUseProgram(programs.night.name());
       glBindTextureUnit(kLampsUnit, residents.colours().texture(group.lampsBlock));
       break;
     case TileColours::Kind::layered:
-      glUseProgram(adjusts ? programs_.adjusted.name() : programs_.layered.name());
+      glUseProgram(adjusts ? programs.adjusted.name() : programs.layered.name());
       break;
   }
   residents.geometry().bind(group.run.chunk);
@@ -186,6 +201,10 @@ void GroundPass::drawGroup(const DrawGroup& group, bool adjusts, const GpuReside
 }
 
 void GroundPass::warmUp(const MeshPlace& mesh, const GpuResidents& residents) {
+  drawWithEach(programs_, mesh, residents);
+}
+
+void GroundPass::drawWithEach(const Programs& programs, const MeshPlace& mesh, const GpuResidents& residents) {
   const FrameBlock block{};
   const TileRecord record{.pictureCount = 1};
   const PictureRecord picture{};
@@ -204,8 +223,8 @@ void GroundPass::warmUp(const MeshPlace& mesh, const GpuResidents& residents) {
     const DrawGroup group{.kind = kind,
                           .lampsBlock = residents.colours().blockOfCoverage(),
                           .run = {.chunk = mesh.chunk, .first = 0, .count = 1}};
-    drawGroup(group, false, residents);
-    if (kind == Kind::layered) drawGroup(group, true, residents);
+    drawGroup(group, programs, false, residents);
+    if (kind == Kind::layered) drawGroup(group, programs, true, residents);
   }
   glBindVertexArray(0);
 }

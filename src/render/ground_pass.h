@@ -21,8 +21,12 @@ class GroundPass {
 
   /// What is the same for a whole frame.
   void setFrame(const scene::Frame& frame, const SnappedEye& eye);
-  /// Draws the plan's groups into what is bound. The number of draw calls.
-  int draw(const DrawPlan& plan, const GpuResidents& residents);
+  /// Compiles the programs for ground in air, with a triangle of a mesh as in warmUp(). AirPass has bound what they
+  /// read.
+  io::Result<void> prepareAir(const MeshPlace& mesh, const GpuResidents& residents);
+  /// Draws the plan's groups into what is bound, through the air where prepareAir() was called and AirPass has set the
+  /// frame. The number of draw calls.
+  int draw(const DrawPlan& plan, const GpuResidents& residents, bool inAir);
   /// Draws a triangle of a mesh with each program: drivers compile when something is drawn, and no frame shall wait for
   /// that.
   void warmUp(const MeshPlace& mesh, const GpuResidents& residents);
@@ -38,12 +42,15 @@ class GroundPass {
     Program layered;   ///< tiles of several pictures
     Program adjusted;  ///< likewise, where colours of some layer are adjusted
   };
-  explicit GroundPass(Programs programs);
-  static io::Result<Programs> compilePrograms(bool asOnAnyGpu);
+  GroundPass(Programs programs, bool asOnAnyGpu);
+  static io::Result<Programs> compilePrograms(bool asOnAnyGpu, bool inAir);
   void bindPictures(const GpuResidents& residents) const;
-  void drawGroup(const DrawGroup& group, bool adjusts, const GpuResidents& residents) const;
+  void drawGroup(const DrawGroup& group, const Programs& programs, bool adjusts, const GpuResidents& residents) const;
+  void drawWithEach(const Programs& programs, const MeshPlace& mesh, const GpuResidents& residents);
 
   Programs programs_;
+  Programs airPrograms_;  ///< empty until prepareAir()
+  bool asOnAnyGpu_;
   Buffer frameBlock_;
   Buffer recordBuffer_;
   Buffer commandBuffer_;

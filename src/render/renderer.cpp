@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "raster/colour.h"
+#include "render/air_pass.h"
 #include "render/context.h"
 #include "render/debug_pass.h"
 #include "render/draw_plan.h"
@@ -49,17 +50,22 @@ double millisecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-io::Result<void> warmUp(GroundPass& ground, GpuResidents& residents) {
+/// Serials of triangles that no frame has.
+constexpr std::uint64_t kWarmUpMesh = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t kAirWarmUpMesh = kWarmUpMesh - 1;
+
+/// Calls back with a triangle on the GPU and a target of one pixel, where drivers may compile what they have to.
+template <class Draw>
+io::Result<void> warmUp(GpuResidents& residents, std::uint64_t serial, Draw draw) {
   const auto target = RenderTarget::create({.width = 1, .height = 1});
   if (!target) return tl::unexpected(target.error());
-  scene::TerrainMesh mesh{.serial = std::numeric_limits<std::uint64_t>::max()};
+  scene::TerrainMesh mesh{.serial = serial};
   mesh.vertices.resize(3);
   mesh.indices = {0, 1, 2};
   const MeshPlace* place = residents.geometry().upload(mesh, 0);
   if (place == nullptr) return {};  // the first frame will tell
   setState(*target);
-  ground.warmUp(*place, residents);
-  return {};
+  return draw(*place);
 }
 
 }  // namespace
@@ -71,6 +77,7 @@ struct Renderer::Parts {
   GroundPass ground;
   DrawPlan plan;                   // kept from frame to frame only for its memory
   std::optional<DebugPass> debug;  // once it was asked for
+  std::optional<AirPass> air;      // likewise
 
   int drawDebug(const scene::Frame& frame, const RenderTarget& target);
 };
@@ -104,9 +111,13 @@ io::Result<Renderer> Renderer::create(const RendererOptions& options) {
   GpuResidents residents(options.gpuBudgetBytes, options.compressedPictures);
   auto ground = GroundPass::create(residents.geometry(), options.asOnAnyGpu);
   if (!ground) return tl::unexpected(ground.error());
-  if (auto ready = warmUp(*ground, residents); !ready) return tl::unexpected(ready.error());
+  const auto ready = warmUp(residents, kWarmUpMesh, [&](const MeshPlace& mesh) {
+    ground->warmUp(mesh, residents);
+    return io::Result<void>();
+  });
+  if (!ready) return tl::unexpected(ready.error());
   return Renderer(std::unique_ptr<Parts>(
-      new Parts{.residents = std::move(residents), .ground = std::move(*ground), .plan = {}, .debug = {}}));
+      new Parts{.residents = std::move(residents), .ground = std::move(*ground), .plan = {}, .debug = {}, .air = {}}));
 }
 
 RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& target) {
@@ -118,9 +129,12 @@ RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& t
   const SnappedEye eye = snappedEye(frame.view.eye);
   p.plan.make(frame, p.residents.tiles(), p.residents.pictures(), eye);
   p.ground.setFrame(frame, eye);
+  const bool inAir = p.air && frame.air.enabled && frame.light.enabled;
+  if (inAir) p.air->setFrame(frame);
   setState(target);
   clear(frame, target.framebuffer());
-  int drawCalls = p.ground.draw(p.plan, p.residents);
+  int drawCalls = p.ground.draw(p.plan, p.residents, inAir);
+  if (inAir) drawCalls += p.air->drawSky(frame);
   drawCalls += p.drawDebug(frame, target);
   return {.tilesDrawn = static_cast<int>(p.residents.tiles().size()),
           .triangles = p.plan.triangles(),
@@ -142,6 +156,20 @@ io::Result<void> Renderer::prepareDebugViews() {
   auto pass = DebugPass::create();
   if (!pass) return tl::unexpected(pass.error());
   parts_->debug = std::move(*pass);
+  return {};
+}
+
+io::Result<void> Renderer::prepareAir() {
+  Parts& p = *parts_;
+  if (p.air) return {};
+  auto air = AirPass::create();
+  if (!air) return tl::unexpected(air.error());
+  const auto ready = warmUp(p.residents, kAirWarmUpMesh, [&](const MeshPlace& mesh) {
+    air->warmUp();
+    return p.ground.prepareAir(mesh, p.residents);
+  });
+  if (!ready) return tl::unexpected(ready.error());
+  p.air = std::move(*air);
   return {};
 }
 

@@ -3,6 +3,8 @@
 #include <epoxy/gl.h>
 #include <fmt/format.h>
 
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,13 +47,19 @@ class Stage {
   GLuint name_;
 };
 
-io::Result<Program> linked(const Stage& vertex, const Stage& fragment) {
+io::Result<Program> linked(std::span<const Stage> stages) {
+  for (const Stage& stage : stages) {
+    const std::string complaint = stage.complaint();
+    if (complaint.empty()) continue;
+    return io::fail(io::Failure::Code::unsupported,
+                    fmt::format("the graphics driver cannot compile a shader: {}", complaint));
+  }
   Program program(glCreateProgram());
-  glAttachShader(program.name(), vertex.name());
-  glAttachShader(program.name(), fragment.name());
+  for (const Stage& stage : stages)
+    glAttachShader(program.name(), stage.name());
   glLinkProgram(program.name());
-  glDetachShader(program.name(), vertex.name());
-  glDetachShader(program.name(), fragment.name());
+  for (const Stage& stage : stages)
+    glDetachShader(program.name(), stage.name());
   GLint ok = GL_FALSE;
   glGetProgramiv(program.name(), GL_LINK_STATUS, &ok);
   if (ok == GL_TRUE) return program;
@@ -66,15 +74,13 @@ io::Result<Program> linked(const Stage& vertex, const Stage& fragment) {
 
 io::Result<Program> compileProgram(std::initializer_list<std::string_view> vertexParts,
                                    std::initializer_list<std::string_view> fragmentParts) {
-  const Stage vertex(GL_VERTEX_SHADER, vertexParts);
-  const Stage fragment(GL_FRAGMENT_SHADER, fragmentParts);
-  for (const Stage* stage : {&vertex, &fragment}) {
-    const std::string complaint = stage->complaint();
-    if (complaint.empty()) continue;
-    return io::fail(io::Failure::Code::unsupported,
-                    fmt::format("the graphics driver cannot compile a shader: {}", complaint));
-  }
-  return linked(vertex, fragment);
+  const std::array<Stage, 2> stages{Stage(GL_VERTEX_SHADER, vertexParts), Stage(GL_FRAGMENT_SHADER, fragmentParts)};
+  return linked(stages);
+}
+
+io::Result<Program> compileComputeProgram(std::initializer_list<std::string_view> parts) {
+  const std::array<Stage, 1> stages{Stage(GL_COMPUTE_SHADER, parts)};
+  return linked(stages);
 }
 
 }  // namespace tellurion::render

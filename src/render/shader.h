@@ -13,4 +13,7 @@ namespace tellurion::render {
 io::Result<Program> compileProgram(std::initializer_list<std::string_view> vertexParts,
                                    std::initializer_list<std::string_view> fragmentParts);
 
+/// The same of a program of one stage, a compute shader.
+io::Result<Program> compileComputeProgram(std::initializer_list<std::string_view> parts);
+
 }  // namespace tellurion::render

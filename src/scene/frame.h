@@ -5,8 +5,10 @@
 #include <memory>
 #include <vector>
 
+#include "geo/ellipsoid.h"
 #include "raster/block_compression.h"
 #include "raster/raster.h"
+#include "scene/atmosphere.h"
 #include "scene/camera.h"
 #include "scene/debug_view.h"
 #include "scene/layer_look.h"
@@ -127,7 +129,9 @@ inline constexpr raster::Rgba8 kPlainGround{150, 145, 138, 255};
 struct Frame {
   View view;
   Light light;
-  std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
+  Air air;                                                   ///< drawn where light is enabled too
+  geo::Ellipsoid ellipsoid{6378137.0, 1.0 / 298.257223563};  ///< of the body, around which the air is
+  std::array<float, 3> background{0.0f, 0.0f, 0.0f};         ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;
   std::vector<DrawnPicture> pictures;  ///< of the tiles, and of those in `soon`, which follow each other
   std::vector<LayerLook> looks;        ///< a layer each, as DrawnPicture::layer counts them

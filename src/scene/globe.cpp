@@ -43,6 +43,8 @@ struct Globe::State {
         contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
         executor(given.workers, io::Executor::Share::background) {
     frame.background = scene.background;
+    frame.air = scene.air;
+    frame.ellipsoid = scene.body.ellipsoid;
     frame.vertexGrid_m = vertexGrid_m(body.ellipsoid);
   }
 
@@ -318,6 +320,9 @@ const geo::Body& Globe::body() const {
 }
 Lighting& Globe::lighting() {
   return state_->lighting;
+}
+Air& Globe::air() {
+  return state_->frame.air;
 }
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;

@@ -12,6 +12,7 @@
 
 #include "raster/service_url.h"
 #include "raster/time_extent.h"
+#include "scene/air_entry.h"
 #include "scene/layer_entry.h"
 #include "scene/scene_setting.h"
 
@@ -74,7 +75,7 @@ class SceneReader {
 
   /// base: what keys that are left out mean.
   Scene read(const toml::table& root, Scene scene) const {
-    allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "background", "clock"});
+    allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "atmosphere", "background", "clock"});
     scene.name = stringAt(root, "name").value_or(scene.name.empty() ? path_ : scene.name);
     if (const auto* node = root.get("body")) scene.body = body(*node);
     if (const auto* node = root.get("tiling")) scene.tiling = tilingNamed(*node);
@@ -83,6 +84,7 @@ class SceneReader {
     for (const toml::table* layer : tablesAt(root, "imagery"))
       scene.imagery.push_back(imagery(*layer, scene));
     if (const auto* node = root.get("light")) scene.lighting = light(table(*node, "light"));
+    if (const auto* node = root.get("atmosphere")) scene.air = air(table(*node, "atmosphere"), scene.body);
     if (const auto* node = root.get("clock")) scene.clock = clock(table(*node, "clock"));
     if (const auto* node = root.get("background")) scene.background = colour(*node);
     return scene;
@@ -126,12 +128,14 @@ class SceneReader {
     }
   }
 
+  std::string placeOf(const toml::source_region& at) const {
+    const bool isSet = at.path && *at.path != path_;
+    return isSet ? *at.path : fmt::format("{}:{}:{}", path_, at.begin.line, at.begin.column);
+  }
+
   [[noreturn]] void complain(const toml::source_region& at, std::string message,
                              Code code = Code::invalidArgument) const {
-    const bool isSet = at.path && *at.path != path_;
-    throw Wrong{{.code = code,
-                 .message = std::move(message),
-                 .where = isSet ? *at.path : fmt::format("{}:{}:{}", path_, at.begin.line, at.begin.column)}};
+    throw Wrong{{.code = code, .message = std::move(message), .where = placeOf(at)}};
   }
 
   void allow(const toml::table& table, const Words& keys) const {
@@ -545,10 +549,31 @@ class SceneReader {
     if (word == "clock") {
       out.sun = Lighting::Sun::byClock;
     } else if (word != "camera") {
-      complain(sun->source(),
-               "'sun' must be \"camera\", \"clock\" or [latitude, longitude] of where it stands in the zenith, degrees");
+      complain(
+          sun->source(),
+          "'sun' must be \"camera\", \"clock\" or [latitude, longitude] of where it stands in the zenith, degrees");
     }
     return out;
+  }
+
+  Air air(const toml::table& table, const geo::Body& body) const {
+    std::vector<EntryField> fields;
+    for (const auto& [key, value] : table) {
+      EntryField& field = fields.emplace_back(EntryField{std::string(key.str()), {}, placeOf(value.source())});
+      if (value.is_boolean()) field.value = value.as_boolean()->get();
+      if (value.is_number()) field.value = *value.value<double>();
+      if (value.is_string()) field.value = value.as_string()->get();
+      if (const toml::array* list = value.as_array()) {
+        const auto isNumber = [](const toml::node& node) { return node.is_number(); };
+        if (!std::ranges::all_of(*list, isNumber)) continue;
+        std::vector<double>& numbers = field.value.emplace<std::vector<double>>();
+        for (const toml::node& number : *list)
+          numbers.push_back(*number.value<double>());
+      }
+    }
+    auto air = readAir(fields, placeOf(table.source()), body);
+    if (!air) throw Wrong{std::move(air.error())};
+    return *air;
   }
 
   std::array<float, 3> colour(const toml::node& node) const {

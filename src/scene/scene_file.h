@@ -12,6 +12,7 @@
 #include "io/failure.h"
 #include "raster/height_colours.h"
 #include "raster/service.h"
+#include "scene/atmosphere.h"
 #include "scene/layer_look.h"
 #include "scene/scene_clock.h"
 #include "tiling/tiling.h"
@@ -88,6 +89,7 @@ struct Scene {
   std::vector<ImageryLayer> imagery;      ///< bottom first
   Lighting lighting;
   SceneClock clock;
+  Air air;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
 };
 

@@ -24,6 +24,10 @@ layout(location = 15) in vec4 lampsWindow;
 out vec2 lampsPlace;
 #endif
 
+#ifdef AIR
+out vec4 place_air;  // relative to the eye; w: height above the ellipsoid
+#endif
+
 out vec4 textureCoordinates;  // colour, relief
 out vec3 upInterpolated_body;
 flat out vec4 plainColour;
@@ -71,6 +75,9 @@ void main() {
   upInterpolated_body = up_body;
   plainColour = plain;
   textureLayers = layers;
+#ifdef AIR
+  place_air = vec4(airView.scale.xyz * position_rte, height_m + change.w);
+#endif
 #ifdef NIGHT
   lampsPlace = lampsWindow.xy + lampsWindow.zw * place;
 #endif

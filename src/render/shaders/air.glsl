@@ -1,0 +1,31 @@
+// Ground and sky through the air.
+layout(binding = 18) uniform sampler3D airLight;  // rgb: light that the air adds up to there, for each share of the way
+layout(binding = 19) uniform sampler3D airDepth;  // rgb: optical depth, likewise
+layout(binding = 20) uniform sampler2DArray groundLight;  // of the sun; of the sky
+
+// As the eye, or a film, takes light: as it is up to the knee, and nothing beyond 1.
+vec3 exposed(vec3 light) {
+  vec3 over = max(light - kShoulderBegins, 0.0);
+  vec3 shoulder = kShoulderBegins + (1.0 - kShoulderBegins) * (1.0 - exp(-over / (1.0 - kShoulderBegins)));
+  return mix(light, shoulder, greaterThan(light, vec3(kShoulderBegins)));
+}
+
+// Light that leaves ground at this height above the ellipsoid; vectors are in body axes, as in litGround.
+vec3 litGroundInAir(vec3 albedo, float height, vec3 normal_body, vec3 up_body, vec3 toSun_body) {
+  vec2 place = groundLightPlace(air, height, dot(up_body, toSun_body));
+  vec3 sun = texture(groundLight, vec3(place, 0.0)).rgb * max(dot(normal_body, toSun_body), 0.0);
+  vec3 sky = texture(groundLight, vec3(place, 1.0)).rgb * (0.5 + 0.5 * dot(normal_body, up_body));
+  return albedo * (sun + sky);
+}
+
+// What reaches the eye from a place at position_air, relative to the eye. Lamps are not exposed: their strength is a
+// picture's, not a power.
+vec3 throughAir(vec3 light, vec3 lamps, vec3 position_air) {
+  float distance = length(position_air);
+  AirRay ray = airRay(airView, position_air / max(distance, 1e-6), false);
+  float share = clamp((distance - ray.begins) / ray.length, 0.0, 1.0);
+  vec3 place = airTablePlace(ray, share);
+  vec3 reaches = exp(-share * texture(airDepth, place).rgb);
+  vec3 added = share * texture(airLight, place).rgb;
+  return exposed((light * reaches + added) * airView.up.w + lamps * reaches);
+}
