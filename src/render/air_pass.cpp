@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
+#include <string>
 #include <utility>
 
 #include "raster/colour.h"
@@ -115,8 +115,8 @@ void AirPass::Parts::makeView(const AirBlock& of) {
   glBindTextureUnit(kGlowUnit, glow.name());
   glBindSampler(kTransmittanceUnit, 0);
   glBindSampler(kGlowUnit, 0);
-  glBindImageTexture(kLightImage, light.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
-  glBindImageTexture(kDepthImage, depth.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA16F);
+  glBindImageTexture(kLightImage, light.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA32F);
+  glBindImageTexture(kDepthImage, depth.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
   glDispatchCompute(kViewAzimuths / kGroupSide, 2 * kViewHalf / kGroupSide, 1);
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 
@@ -152,9 +152,10 @@ io::Result<AirPass> AirPass::create() {
   auto view = compileComputeProgram(
       {shaders::air_structs, shaders::air_block, shaders::air_model, shaders::air_ray, shaders::air_view_comp});
   if (!view) return tl::unexpected(view.error());
-  auto sky = compileProgram({shaders::air_structs, shaders::air_block, shaders::frame_block, shaders::sky_vert},
-                            {shaders::constants, shaders::air_structs, shaders::air_block, shaders::air_model,
-                             shaders::air_ray, shaders::air, shaders::sky_frag});
+  const std::string common = std::string(shaders::constants) + std::string(shaders::air_structs) +
+                             std::string(shaders::air_block) + std::string(shaders::air_model) +
+                             std::string(shaders::air_ray) + std::string(shaders::air);
+  auto sky = compileProgram({common, shaders::frame_block, shaders::sky_vert}, {common, shaders::sky_frag});
   if (!sky) return tl::unexpected(sky.error());
   auto parts = std::make_unique<Parts>();
   parts->viewProgram = std::move(*view);
@@ -167,9 +168,9 @@ io::Result<AirPass> AirPass::create() {
   parts->block = Buffer(name);
   parts->transmittance = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, kTransmittanceWidth, kTransmittanceHeight, 0);
   parts->glow = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, kGlowSide, kGlowSide, 0);
-  parts->groundLight = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA16F, kGroundLightWidth, kGroundLightHeight, 2);
-  parts->light = makeTexture(GL_TEXTURE_3D, GL_RGBA16F, kViewAzimuths, 2 * kViewHalf, kViewDistances);
-  parts->depth = makeTexture(GL_TEXTURE_3D, GL_RGBA16F, kViewAzimuths, 2 * kViewHalf, kViewDistances);
+  parts->groundLight = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, kGroundLightWidth, kGroundLightHeight, 2);
+  parts->light = makeTexture(GL_TEXTURE_3D, GL_RGBA32F, kViewAzimuths, 2 * kViewHalf, kViewDistances);
+  parts->depth = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, 2 * kViewHalf, kViewDistances, 0);
   if (ranOutOfMemory())
     return io::fail(io::Failure::Code::ioError, "the graphics driver has no memory for the tables of the air");
   return AirPass(std::move(parts));
@@ -200,7 +201,7 @@ int AirPass::drawSky(const scene::Frame& frame) const {
   glProgramUniform3f(p.skyProgram.name(), p.background, light(0), light(1), light(2));
   glBindVertexArray(p.nothing.name());
   glDepthMask(GL_FALSE);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 2 * (kSkyColumns + 1), kSkyBands + 1);
   glDepthMask(GL_TRUE);
   glBindVertexArray(0);
   return 1;

@@ -1,6 +1,6 @@
 // Ground and sky through the air.
 layout(binding = 18) uniform sampler3D airLight;  // rgb: light that the air adds up to there, for each share of the way
-layout(binding = 19) uniform sampler3D airDepth;  // rgb: optical depth, likewise
+layout(binding = 19) uniform sampler2D airDepth;  // rgb: optical depth, likewise; the same all around
 layout(binding = 20) uniform sampler2DArray groundLight;  // of the sun; of the sky
 
 // As the eye, or a film, takes light: as it is up to the knee, and nothing beyond 1.
@@ -18,14 +18,14 @@ vec3 litGroundInAir(vec3 albedo, float height, vec3 normal_body, vec3 up_body, v
   return albedo * (sun + sky);
 }
 
-// What reaches the eye from a place at position_air, relative to the eye. Lamps are not exposed: their strength is a
+// What reaches the eye from ground at place_air.xyz, relative to the eye, place_air.w above the ellipsoid. Lamps are not exposed: their strength is a
 // picture's, not a power.
-vec3 throughAir(vec3 light, vec3 lamps, vec3 position_air) {
-  float distance = length(position_air);
-  AirRay ray = airRay(airView, position_air / max(distance, 1e-6), false);
-  float share = clamp((distance - ray.begins) / ray.length, 0.0, 1.0);
+vec3 throughAir(vec3 light, vec3 lamps, vec4 place_air) {
+  float distance = length(place_air.xyz);
+  AirRay ray = airRay(airView, place_air.xyz / max(distance, 1e-6), false);
+  float share = shareToGround(air, airView, ray, distance, place_air.w);
   vec3 place = airTablePlace(ray, share);
-  vec3 reaches = exp(-share * texture(airDepth, place).rgb);
+  vec3 reaches = exp(-share * texture(airDepth, place.yz).rgb);
   vec3 added = share * texture(airLight, place).rgb;
   return exposed((light * reaches + added) * airView.up.w + lamps * reaches);
 }

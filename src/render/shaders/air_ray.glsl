@@ -5,6 +5,8 @@ struct AirRay {
   float begins;    // metres to the air
   float length;    // of the way through it, as far as the table goes
   float bending;   // how distances are spread: kNearFine and so on
+  float toTop;     // metres, from the place on it that is nearest to the centre back to where it meets the top
+  float bottom2;   // square of that to the bottom; below 0 where it passes above
 };
 
 const float kNearFine = 0.0f;
@@ -29,7 +31,9 @@ AirRay rayThroughAir(AirView view, float sine, float cosine, float past, bool me
   float toTop2 = outside ? r * r * max((view.top.x * cosine - view.top.y * sine) * (view.top.x * cosine + view.top.y * sine), 0.0f)
                          : view.top.w + down * down;
   float half_ = sqrt(toTop2);
-  float bottomHalf = r * sqrt(max(-past * (view.horizon.x * cosine + view.horizon.y * sine), 0.0f));
+  ray.toTop = half_;
+  ray.bottom2 = -r * r * past * (view.horizon.x * cosine + view.horizon.y * sine);
+  float bottomHalf = sqrt(max(ray.bottom2, 0.0f));
   ray.begins = outside ? -view.top.w / max(down + half_, 1.0f) : 0.0f;
   float leaves = outside ? 2.0f * half_ : down > 0.0f ? down + half_ : view.top.w / max(half_ - down, 1e-3f);
   float meetsAt = outside ? view.top.z / max(half_ + bottomHalf, 1.0f)
@@ -63,4 +67,18 @@ AirRay airRay(AirView view, vec3 direction, bool sky) {
 vec3 airTablePlace(AirRay ray, float share) {
   float place = placeOfShare(share, ray.bending);
   return vec3(ray.direction.x, ray.direction.y, (0.5f + place * float(kViewDistances - 1)) / float(kViewDistances));
+}
+
+// The share of the way through the air as far as ground at this distance, and height. Seen from above the air, it is the
+// height that counts: triangles cut through the ground's curve, by kilometres where a pixel is as large.
+float shareToGround(AirModel air, AirView view, AirRay ray, float distance, float height) {
+  float passed = distance - ray.begins;
+  if (view.side.w > 0.5f) {
+    float depth = air.sphere.z - air.sphere.y;
+    float over = clamp(height - air.sphere.y, 0.0f, depth);
+    float bottom = air.sphere.x + air.sphere.y;
+    float ground2 = max(ray.bottom2 + over * (2.0f * bottom + over), 0.0f);
+    passed = (depth - over) * (2.0f * bottom + depth + over) / max(ray.toTop + sqrt(ground2), 1.0f);
+  }
+  return clamp(passed / ray.length, 0.0f, 1.0f);
 }

@@ -43,3 +43,7 @@ struct AirView {
 const int kViewAzimuths = 64;
 const int kViewHalf = 64;    // directions from the nadir to the horizon, and from there upwards
 const int kViewDistances = 16;
+
+// The dome of the sky.
+const int kSkyBands = 40;
+const int kSkyColumns = 192;

@@ -4,10 +4,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 0) uniform sampler2D transmittance;
 layout(binding = 1) uniform sampler2D glow;
-layout(binding = 0, rgba16f) uniform writeonly image3D airLight;
-layout(binding = 1, rgba16f) uniform writeonly image3D airDepth;
+layout(binding = 0, rgba32f) uniform writeonly image3D airLight;
+layout(binding = 1, rgba32f) uniform writeonly image2D airDepth;  // of the first azimuth
 
-const int kStepsADistance = 2;
+const int kStepsADistance = 1;
 
 // A ray, seen from the place on it that is nearest to the centre.
 struct Line {
@@ -66,7 +66,7 @@ void main() {
   vec3 densities = densitiesAt(air, height);
   Lit first = litAt(line, along, densities);
   imageStore(airLight, ivec3(texel, 0), vec4(first.light * ray.length, 0.0));
-  imageStore(airDepth, ivec3(texel, 0), vec4(first.lost * ray.length, 0.0));
+  if (texel.x == 0) imageStore(airDepth, ivec2(texel.y, 0), vec4(first.lost * ray.length, 0.0));
   for (int i = 1; i < kViewDistances; ++i) {
     for (int k = 1; k <= kStepsADistance; ++k) {
       float place = (float(i - 1) + float(k) / float(kStepsADistance)) / float(kViewDistances - 1);
@@ -85,6 +85,6 @@ void main() {
     }
     float share = shareOfPlace(float(i) / float(kViewDistances - 1), ray.bending);
     imageStore(airLight, ivec3(texel, i), vec4(light / share, 0.0));
-    imageStore(airDepth, ivec3(texel, i), vec4(depth / share, 0.0));
+    if (texel.x == 0) imageStore(airDepth, ivec2(texel.y, i), vec4(depth / share, 0.0));
   }
 }

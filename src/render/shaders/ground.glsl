@@ -15,7 +15,7 @@ vec3 shadedGround(vec3 albedo, float lamps) {
   vec3 normal_body = exaggeratedNormal(up_body + relief * float(textureLayers.y >= 0), up_body, switches.y + 1.0);
 #ifdef AIR
   vec3 light = litGroundInAir(albedo, place_air.w, normal_body, up_body, toSun_body.xyz);
-  return throughAir(light, lampLight(lamps, dot(up_body, toSun_body.xyz)), place_air.xyz);
+  return throughAir(light, lampLight(lamps, dot(up_body, toSun_body.xyz)), place_air);
 #else
   vec3 lit = litGround(albedo, lamps, normal_body, up_body, toSun_body.xyz, toSun_body.w);
   return mix(albedo, lit, switches.x);
