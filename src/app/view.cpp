@@ -45,6 +45,9 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (!globe) return tl::unexpected(globe.error());
   auto renderer = render::Renderer::create(arguments.picture.renderer());
   if (!renderer) return tl::unexpected(renderer.error());
+  if (scene->air.enabled) {
+    if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
+  }
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
                   startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),

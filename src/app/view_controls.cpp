@@ -143,6 +143,7 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::play:
     case ViewKey::earlier:
     case ViewKey::later:
+    case ViewKey::air:
     case ViewKey::statistics:
       return false;
   }

@@ -40,6 +40,7 @@ enum class ViewKey {
   play,
   earlier,
   later,
+  air,
 };
 
 struct Modifiers {

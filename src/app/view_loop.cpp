@@ -141,6 +141,9 @@ void ViewLoop::handleKey(ViewKey key) {
       globe_.lighting().enabled = !globe_.lighting().enabled;
       pictureStale_ = true;
       break;
+    case ViewKey::air:
+      toggleAir();
+      break;
     case ViewKey::printCamera:
       printCamera();
       break;
@@ -334,6 +337,23 @@ bool ViewLoop::readyForDebugViews() {
 void ViewLoop::toggleDebugView(scene::DebugView view) {
   if (!readyForDebugViews()) return;
   globe_.debugViews().toggle(view);
+  pictureStale_ = true;
+}
+
+/// Where the scene says nothing of its air, that of its body.
+void ViewLoop::toggleAir() {
+  scene::Air& air = globe_.air();
+  const auto own = scene::atmosphereByName(globe_.body().name);
+  if (air.atmosphere == scene::Atmosphere{} && own) air.atmosphere = *own;
+  if (air.atmosphere == scene::Atmosphere{}) {
+    notify("the air of this body is not known: describe it in the scene's [atmosphere]");
+    return;
+  }
+  if (const auto ready = renderer_.prepareAir(); !ready) {
+    notify(io::describe(ready.error()));
+    return;
+  }
+  air.enabled = !air.enabled;
   pictureStale_ = true;
 }
 

@@ -46,6 +46,7 @@ class ViewLoop {
   void tellComplete(const scene::Frame& frame);
   void toggleDebugView(scene::DebugView view);
   void toggleFrozenCut();
+  void toggleAir();
   void exaggerate(bool more);
   void changeQuality(bool finer);
   void toggleAutomaticQuality();

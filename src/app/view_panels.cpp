@@ -31,6 +31,7 @@ constexpr std::array kControls{
     Control{"N", "north up"},
     Control{"R, Home", "back to the first view"},
     Control{"L", "light on or off"},
+    Control{"O", "the air (atmosphere) on or off"},
     Control{". and ,", "draw heights higher or lower"},
     Control{"] and [", "finer or coarser pictures"},
     Control{"A", "coarser while moving, to keep up, or not"},

@@ -97,7 +97,7 @@ void onScroll(GLFWwindow* window, double across, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 37> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 38> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -112,6 +112,7 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_R, ViewKey::reset},
       {GLFW_KEY_HOME, ViewKey::reset},
       {GLFW_KEY_L, ViewKey::light},
+      {GLFW_KEY_O, ViewKey::air},
       {GLFW_KEY_I, ViewKey::layers},
       {GLFW_KEY_C, ViewKey::printCamera},
       {GLFW_KEY_H, ViewKey::help},

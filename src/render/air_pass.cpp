@@ -33,10 +33,10 @@ constexpr GLint kGroundSamplers = 19;
 constexpr int kGroupSide = 8;
 
 // Exposure where the scene leaves it to the eye. Of what ground has less light than in half the sun, eyes and pictures
-// make up for three quarters, as counted in stops, so that dusk is darker than day and yet to be seen.
+// make up for half, as counted in stops, so that dusk is darker than day and yet to be seen.
 constexpr double kDayLight = 0.5;
 constexpr double kLeastLight = 1e-5;
-constexpr double kMadeUp = 0.75;
+constexpr double kMadeUp = 0.5;
 constexpr double kMostStops = 9.0;
 // As shares of the air's height: below the first it counts in full, above the second not at all.
 constexpr double kWithinAir = 0.1;

@@ -29,13 +29,13 @@ using std::exp;
 
 using air_shading::AirModel;
 
-constexpr int kStepsToTop = 48;
-constexpr int kGlowRows = 8;  // directions over the sphere: rows of equal area, and places on each
-constexpr int kGlowColumns = 8;
-constexpr int kGlowSteps = 20;
-constexpr int kSkyRows = 6;  // over the half above the ground
-constexpr int kSkyColumns = 8;
-constexpr int kSkySteps = 16;
+constexpr int kStepsToTop = 40;
+constexpr int kGlowRows = 6;  // directions over the sphere: rows of equal area, and places on each
+constexpr int kGlowColumns = 6;
+constexpr int kGlowSteps = 14;
+constexpr int kSkyRows = 5;  // over the half above the ground
+constexpr int kSkyColumns = 6;
+constexpr int kSkySteps = 12;
 
 /// A table of colours between whose texels is read as a sampler does.
 struct Table {

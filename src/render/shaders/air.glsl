@@ -6,8 +6,7 @@ layout(binding = 20) uniform sampler2DArray groundLight;  // of the sun; of the 
 // As the eye, or a film, takes light: as it is up to the knee, and nothing beyond 1.
 vec3 exposed(vec3 light) {
   vec3 over = max(light - kShoulderBegins, 0.0);
-  vec3 shoulder = kShoulderBegins + (1.0 - kShoulderBegins) * (1.0 - exp(-over / (1.0 - kShoulderBegins)));
-  return mix(light, shoulder, greaterThan(light, vec3(kShoulderBegins)));
+  return min(light, kShoulderBegins) + over / (1.0 + over / (1.0 - kShoulderBegins));
 }
 
 // Light that leaves ground at this height above the ellipsoid; vectors are in body axes, as in litGround.

@@ -40,8 +40,8 @@ struct AirView {
                  // the eye's, of one above the air the top's, less the bottom's; the top's less the eye's
 };
 
-const int kViewAzimuths = 64;
-const int kViewHalf = 64;    // directions from the nadir to the horizon, and from there upwards
+const int kViewAzimuths = 48;
+const int kViewHalf = 48;    // directions from the nadir to the horizon, and from there upwards
 const int kViewDistances = 16;
 
 // The dome of the sky.
