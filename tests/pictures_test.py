@@ -114,6 +114,7 @@ def catches(pid, number):
 
 def stopped(number, *words):
     """What a program does that gets the signal as soon as it is ready for it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts behind it ignores it, and so would the program
     process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not catches(process.pid, number):
         time.sleep(0.001)
