@@ -21,7 +21,7 @@ function(tellurion_room name)
 endfunction()
 
 # Tests are told where the real data lies, if it is there; a test that needs it says GTEST_SKIP when it is not.
-#   tellurion_room_tests(NAME [LINK target ...] [LONG suite ...])   LONG: suites with a process a case (suites.cmake)
+#   tellurion_room_tests(NAME [LINK target ...] [LONG suite ...])   LONG: suites with more processes than one (suites.cmake)
 function(tellurion_room_tests name)
   if(NOT TELLURION_TESTS)
     return()

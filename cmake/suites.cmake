@@ -1,5 +1,5 @@
 # GoogleTest's suites as tests of CTest: a process a suite, not one a case, since to start one takes longer than most cases do. Suites that take long
-# have a process a case, and begin first.
+# have a process a parameter, or a case where there is none, and begin first.
 #   tellurion_suites(TARGET PREFIX room. [LONG suite ...] [ARGUMENTS argument ...])
 function(tellurion_suites target)
   cmake_parse_arguments(SUITES "" "PREFIX" "LONG;ARGUMENTS" ${ARGN})

@@ -53,7 +53,7 @@ class Display:
 
     def stop(self):
         self.process.terminate()
-        self.process.wait(10)
+        self.process.wait(60)
 
 
 class Viewer:
@@ -138,7 +138,7 @@ class Viewer:
     def end(self):
         if self.process.poll() is None:
             self.process.kill()
-        self.process.wait(10)
+        self.process.wait(60)
 
 
 def picture(path):
@@ -442,14 +442,14 @@ def test_sigterm_closes_the_window(program, display, folder, scene, start):
 
 def test_without_display(program, scene):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.returncode
     assert "tellurion render" in done.stderr, done.stderr
 
 
 def test_wrong_use(program, scene):
     for wrong in (["--size", "large"], ["--camera", "1,2"], ["--fov", "0"], ["--quality", "0"], ["--quality", "best"], ["--frame-ms", "0"]):
-        done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=300)
         assert done.returncode == 2, (wrong, done.returncode, done.stderr)
 
 
