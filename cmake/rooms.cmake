@@ -9,15 +9,15 @@ function(tellurion_room name)
   target_include_directories(tellurion_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
   target_link_libraries(tellurion_${name} PUBLIC ${ROOM_PUBLIC} PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:tellurion_warnings>)
   # Half of what compiling a source takes is to read these. Builds with sanitizers go without, so that an include that is
-  # missing is found.
+  # missing is found (without TELLURION_UNITY, that is).
   if(NOT TELLURION_SANITIZE)
     target_precompile_headers(tellurion_${name} PRIVATE
       <algorithm> <array> <cmath> <functional> <map> <memory> <optional> <span> <string> <unordered_map> <vector>
       "${PROJECT_SOURCE_DIR}/src/geo/vector.h")
     # What g++ 12 sees inside inlined strings is not there (GCC bug 105329); from precompiled headers it tells it.
     target_compile_options(tellurion_${name} PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>")
-    tellurion_unity(tellurion_${name})
   endif()
+  tellurion_unity(tellurion_${name})
 endfunction()
 
 # Tests are told where the real data lies, if it is there; a test that needs it says GTEST_SKIP when it is not.

@@ -6,6 +6,8 @@
 A number a source, in their order, separated by semicolons: those of one number go together. LINES: about how long a group becomes. Read are lines that
 begin at the margin, as .clang-format leaves whatever a namespace holds; a name that is seen wrongly costs a group, no more.
 """
+import functools
+import pathlib
 import re
 import sys
 
@@ -22,11 +24,21 @@ CONSTANT = re.compile(r"^ .*\b(k[A-Z]\w*)(?=\s*[({=\[])")
 NO_NAMES = re.compile(r"^(?:using|namespace|template|return|TEST|INSTANTIATE|#|//|[^A-Za-z])")
 
 
+INCLUDE = re.compile(r'^#include "(.+)"')
+
+
+@functools.cache
 def names_of(path):
-    """Two dictionaries of names, of those that the file defines for itself alone and of all: what they stand for if they may be said again, else None."""
+    """Two dictionaries of names, of those that the file defines for itself alone and of all, its headers' too: what they stand for if they may be said
+    again, else None."""
     own, every, inside = {}, {}, False
     with open(path, encoding="utf-8") as file:
         for line in file:
+            if header := INCLUDE.match(line):
+                for folder in path.parents[:2]:  # a header's name has its room's folder, or a test's is beside it
+                    if (folder / header.group(1)).exists():
+                        every.update(dict.fromkeys(names_of(folder / header.group(1))[1]))
+                        break
             if line.startswith("namespace {"):
                 inside = True
             elif line.rstrip() == "}  // namespace":
@@ -54,7 +66,7 @@ def lines_of(path):
 
 
 def main():
-    most, sources = int(sys.argv[1]), sys.argv[2:]
+    most, sources = int(sys.argv[1]), [pathlib.Path(word).resolve() for word in sys.argv[2:]]
     groups, numbers = [], []  # of each group: its own names, all its names, its lines
     for source in sources:
         own, every = names_of(source)
