@@ -114,7 +114,8 @@ def catches(pid, number):
 
 def stopped(number, *words):
     """What a program does that gets the signal as soon as it is ready for it."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts behind it ignores it, and so would the program
+    for inherited in (signal.SIGINT, signal.SIGHUP):  # what runs behind a shell may ignore them, and so would the program
+        signal.signal(inherited, signal.SIG_DFL)
     process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not catches(process.pid, number):
         time.sleep(0.001)

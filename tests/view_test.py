@@ -458,7 +458,7 @@ def run_all(program, source, folder):
     test_without_display(program, scene)
     test_wrong_use(program, scene)
     start = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts behind it ignores it, and so would the viewer
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # what runs behind a shell may ignore it, and so would the viewer
     display = Display()
     viewer = None
     try:
