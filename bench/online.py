@@ -159,7 +159,7 @@ def seconds_until_final(program, work, name, words, path, since, final, limit):
                 reached = min(reached, at) if share >= 0.9 else limit
             if reached < limit and (at > reached + 3 or share > 0.98):
                 process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=60)
+    process.communicate(timeout=300)
     return reached
 
 

@@ -38,7 +38,7 @@ class Bench(unittest.TestCase):
 
     @classmethod
     def run_program(cls, *words):
-        return subprocess.run([cls.program, *map(str, words)], capture_output=True, text=True, timeout=120)
+        return subprocess.run([cls.program, *map(str, words)], capture_output=True, text=True, timeout=300)
 
     def bench(self, *more):
         done = self.run_program("bench", self.database, "--path", self.path, "--size", "320x240", *more)

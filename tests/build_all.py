@@ -22,6 +22,8 @@ IMAGERY_WORDS = ("rgb", "jpg", "jpeg", "color", "ortho", "landsat", "rgba")
 
 def kinds_of(path):
     name = path.name.lower()
+    if path.parent.name.startswith("srtm"):  # its files are named after their corner
+        name = "srtm_" + name
     if any(word in name for word in ELEVATION_WORDS) and not any(word in name for word in ("jpg", "ortho", "rgb")):
         return ["elevation"]
     if any(word in name for word in IMAGERY_WORDS):

@@ -31,7 +31,7 @@ class Messages(unittest.TestCase):
                        check=True, capture_output=True)
 
     def run_program(self, *words, text=None):
-        return subprocess.run([self.program, *map(str, words)], input=text, capture_output=True, text=True, timeout=120)
+        return subprocess.run([self.program, *map(str, words)], input=text, capture_output=True, text=True, timeout=300)
 
     def refused(self, status, words, *parts):
         """The run ends with the status, and its message has all the parts."""

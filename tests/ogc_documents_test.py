@@ -100,7 +100,7 @@ class Documents(unittest.TestCase):
     program = data = None
 
     def offers(self, path):
-        done = subprocess.run([self.program, "sources", path, "--json"], capture_output=True, timeout=60)
+        done = subprocess.run([self.program, "sources", path, "--json"], capture_output=True, timeout=300)
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads(done.stdout)
 

@@ -83,11 +83,11 @@ class Faults(unittest.TestCase):
         return online_world.Program(cls.program, cls.work / f"cache {name}")
 
     @classmethod
-    def words(cls, out, timeout=120):
+    def words(cls, out, timeout=300):
         return ["render", cls.scene, "--camera", CAMERA, "--size", SIZE, "--background", ODD, "--timeout", timeout, "-o", out]
 
     @classmethod
-    def render(cls, name, out, status=0, timeout=120):
+    def render(cls, name, out, status=0, timeout=300):
         return cls.of_cache(name).run(*cls.words(out, timeout), status=status)
 
     @staticmethod
@@ -104,7 +104,7 @@ class Faults(unittest.TestCase):
         process = self.of_cache(name).start("bench", self.scene, "--path", path, "--size", SIZE, "--stats", rows)
 
         def end():
-            _, errors = process.communicate(timeout=120)
+            _, errors = process.communicate(timeout=300)
             self.assertEqual(process.returncode, 0, errors)
             return list(csv.DictReader(rows.read_text().splitlines()))
         return end
@@ -144,7 +144,7 @@ class Faults(unittest.TestCase):
         process = self.of_cache("back").start(*self.words(out))
         time.sleep(1.5)
         self.proxy.tell("alive")
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=300)
         self.assertEqual((process.returncode, errors), (0, ""))
         self.assertEqual(out.read_bytes(), self.healthy.read_bytes())
 

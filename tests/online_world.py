@@ -193,12 +193,12 @@ class FaultServer:
 
     def __exit__(self, *_):
         self.process.stdin.close()
-        self.process.wait(20)
+        self.process.wait(60)
         self.process.stdout.close()
 
     def tell(self, command, **values):
         query = urllib.parse.urlencode(values)
-        with urllib.request.urlopen(f"http://127.0.0.1:{self.control_port}/{command}?{query}", timeout=60) as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.control_port}/{command}?{query}", timeout=300) as answer:
             return json.loads(answer.read())
 
     def state(self):

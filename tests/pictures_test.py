@@ -114,11 +114,13 @@ def catches(pid, number):
 
 def stopped(number, *words):
     """What a program does that gets the signal as soon as it is ready for it."""
+    for inherited in (signal.SIGINT, signal.SIGHUP):  # what runs behind a shell may ignore them, and so would the program
+        signal.signal(inherited, signal.SIG_DFL)
     process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while process.poll() is None and not catches(process.pid, number):
         time.sleep(0.001)
     process.send_signal(number)
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=300)
     return subprocess.CompletedProcess(words, process.returncode, out, err)
 
 
@@ -132,7 +134,7 @@ class Pictures:
         self.path.write_text(PATH)
 
     def run(self, *words, status=0):
-        done = subprocess.run([self.program, *map(str, words)], capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run([self.program, *map(str, words)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == status, f"{words}: status {done.returncode}, not {status}: {done.stderr[-1000:]}"
         return done
 
@@ -144,7 +146,7 @@ class Pictures:
 
     def has_opengl(self):
         done = subprocess.run([self.program, "render", self.database, "--camera", "0,0,9e6", "--size", "8x8", "-o",
-                               self.work / "first.png"], capture_output=True, text=True, timeout=120, check=False)
+                               self.work / "first.png"], capture_output=True, text=True, timeout=300, check=False)
         if done.returncode == 1 and "OpenGL" in done.stderr:
             print(done.stderr.strip())
             return False
@@ -182,7 +184,7 @@ class Pictures:
 
     def run_query(self, places):
         done = subprocess.run([self.program, "query", self.database], input=places, capture_output=True, text=True,
-                              timeout=60, check=True)
+                              timeout=300, check=True)
         return done.stdout.split()[0]
 
     def test_stats(self):
@@ -410,7 +412,7 @@ class Pictures:
         assert "rootless.tdb: tile 0/" in done.stderr and "is missing" in done.stderr, done.stderr
         figures = json.loads(stats.read_text())
         assert figures["complete"] is False and figures["failed_requests"] == 6, figures
-        done = subprocess.run([self.program, "query", damaged], input="0 0\n", capture_output=True, text=True, timeout=60, check=False)
+        done = subprocess.run([self.program, "query", damaged], input="0 0\n", capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == 1 and done.stdout == "error\n" and "is missing" in done.stderr, done
 
     def test_timeout(self):

@@ -45,7 +45,7 @@ class Services(unittest.TestCase):
         cls.files = cls.enterClassContext(map_servers.FileServer(tree, cls.work / "nginx"))
 
     def run_sources(self, *words):
-        return subprocess.run([self.program, "sources", *map(str, words)], capture_output=True, text=True, timeout=120)
+        return subprocess.run([self.program, "sources", *map(str, words)], capture_output=True, text=True, timeout=300)
 
     def answer(self, *words):
         done = self.run_sources(*words)
@@ -92,7 +92,7 @@ class Services(unittest.TestCase):
         """What the server gives for the first image of a layer: (content type, bytes)."""
         told = json.loads(self.answer(*words, "--json"))
         self.assertGreater(told["levels"], 5)
-        with urllib.request.urlopen(told["first_image"], timeout=60) as answer:
+        with urllib.request.urlopen(told["first_image"], timeout=300) as answer:
             return answer.headers["Content-Type"], answer.read()
 
     def mean_colour(self, image, columns=1.0, lines=1.0):

@@ -26,7 +26,7 @@ class Streams(unittest.TestCase):
                        check=True, capture_output=True)
 
     def query(self, places, **options):
-        return subprocess.run([self.program, "query", self.database], input=places, timeout=120,
+        return subprocess.run([self.program, "query", self.database], input=places, timeout=300,
                               stderr=subprocess.PIPE, **options)
 
     def test_a_full_disk_is_told(self):
@@ -42,7 +42,7 @@ class Streams(unittest.TestCase):
             self.skipTest("no /dev/full")
         for words in (("info",), ("info", "--json"), ("verify",), ("verify", "--json")):
             with open("/dev/full", "wb") as full:
-                done = subprocess.run([self.program, *words, self.database], stdout=full, stderr=subprocess.PIPE, timeout=60)
+                done = subprocess.run([self.program, *words, self.database], stdout=full, stderr=subprocess.PIPE, timeout=300)
             self.assertEqual(done.returncode, 1, words)
             self.assertIn(b"cannot be written", done.stderr)
 
@@ -65,7 +65,7 @@ class Streams(unittest.TestCase):
 
     def test_a_body_without_end_is_refused(self):
         done = subprocess.run([self.program, "build", os.path.join(self.folder, "x.tdb"), self.raster, "--kind",
-                               "elevation", "--body", "/dev/zero"], capture_output=True, timeout=60)
+                               "elevation", "--body", "/dev/zero"], capture_output=True, timeout=300)
         self.assertEqual(done.returncode, 1)
         self.assertIn(b"at most 1 MiB", done.stderr)
 

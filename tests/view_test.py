@@ -20,7 +20,10 @@ SIZE = (640, 480)
 FOV_DEGREES = 45.0
 
 
-def wait_for(what, condition, seconds=60.0):
+LONG_S = 240.0  # how long a busy machine may take for what an idle one does at once
+
+
+def wait_for(what, condition, seconds=LONG_S):
     """The first true answer of `condition`; fails when none comes in time."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -50,7 +53,7 @@ class Display:
 
     def stop(self):
         self.process.terminate()
-        self.process.wait(10)
+        self.process.wait(60)
 
 
 class Viewer:
@@ -125,7 +128,7 @@ class Viewer:
     def wait_until_complete(self):
         self.camera()
         time.sleep(0.3)
-        wait_for("all data", self.complete, 120.0)
+        wait_for("all data", self.complete)
 
     def idle(self):
         before = self.cpu_seconds()
@@ -135,7 +138,7 @@ class Viewer:
     def end(self):
         if self.process.poll() is None:
             self.process.kill()
-        self.process.wait(10)
+        self.process.wait(60)
 
 
 def picture(path):
@@ -201,16 +204,17 @@ def test_picture(viewer):
 
 def test_window_shows_the_picture(viewer):
     """What the window shows is the screenshot with the status line over it, colours included."""
-    path = os.path.join(viewer.folder, "window.png")
-    time.sleep(4.5)  # until the notice of the last screenshot has gone
-    subprocess.run(["import", "-window", viewer.window, path], env=viewer.environment, check=True)
-    width, height, shown = picture(path)
-    assert (width, height) == SIZE
-    _, _, drawn = picture(os.path.join(viewer.folder, "tellurion-0001.png"))
+    width, height = SIZE
+    drawn = picture(os.path.join(viewer.folder, "tellurion-0001.png"))[2]
     top = width * (height - 40)
-    worst = max(abs(a - b) for p, q in zip(shown[:top], drawn[:top]) for a, b in zip(p, q))
-    assert worst <= 2, f"the window differs from the picture by {worst}"
-    line = shown[width * (height - 25):]
+
+    def shown_alike():
+        """The window's pixels, once the notice of the last screenshot has gone from it."""
+        shown = window_picture(viewer, "window.png")
+        assert len(shown) == width * height
+        return shown if all(abs(a - b) <= 2 for p, q in zip(shown[:top], drawn[:top]) for a, b in zip(p, q)) else None
+
+    line = wait_for("a window that shows the picture", shown_alike)[width * (height - 25):]
     assert sum(1 for p in line if min(p) > 200) > 200, "no text in the status line"
 
 
@@ -293,7 +297,7 @@ def test_low_start(program, display, folder, scene):
     try:
         viewer.wait_until_complete()
         # What has come grows into its place, level after level, and the eye sinks with it.
-        wait_for("the eye at its place", lambda: abs(viewer.camera()[2] - wished[2]) < 1e-3, 30.0)
+        wait_for("the eye at its place", lambda: abs(viewer.camera()[2] - wished[2]) < 1e-3)
         for value, expected in zip(viewer.camera(), wished):
             check_near("camera", value, expected, 1e-3)
     finally:
@@ -302,9 +306,7 @@ def test_low_start(program, display, folder, scene):
 
 def test_resize(viewer):
     viewer.xdotool("windowsize", "--sync", viewer.window, 500, 400)
-    time.sleep(0.5)
-    viewer.wait_until_complete()
-    assert picture(viewer.screenshot())[:2] == (500, 400)
+    wait_for("a picture of the window's size", lambda: picture(viewer.screenshot())[:2] == (500, 400))
     viewer.xdotool("windowsize", "--sync", viewer.window, *SIZE)
 
 
@@ -336,7 +338,7 @@ def settled_picture(viewer):
         shown.append(picture(viewer.screenshot())[2])
         return shown[-1] == shown[-2]
 
-    wait_for("a picture that stands still", is_still, 30.0)
+    wait_for("a picture that stands still", is_still)
     return shown[-1]
 
 
@@ -423,7 +425,7 @@ def test_automatic_quality(program, display, folder, scene, start):
 
 def test_quit(viewer):
     viewer.key("q")
-    assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
+    assert viewer.process.wait(LONG_S) == 0, viewer.text(viewer.errors)
 
 
 def test_sigterm_closes_the_window(program, display, folder, scene, start):
@@ -433,21 +435,21 @@ def test_sigterm_closes_the_window(program, display, folder, scene, start):
         try:
             viewer.wait_until_complete()
             viewer.process.send_signal(number)
-            assert viewer.process.wait(20) == 0, viewer.text(viewer.errors)
+            assert viewer.process.wait(LONG_S) == 0, viewer.text(viewer.errors)
         finally:
             viewer.end()
 
 
 def test_without_display(program, scene):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([program, "view", scene], env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.returncode
     assert "tellurion render" in done.stderr, done.stderr
 
 
 def test_wrong_use(program, scene):
     for wrong in (["--size", "large"], ["--camera", "1,2"], ["--fov", "0"], ["--quality", "0"], ["--quality", "best"], ["--frame-ms", "0"]):
-        done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([program, "view", scene, *wrong], capture_output=True, text=True, timeout=300)
         assert done.returncode == 2, (wrong, done.returncode, done.stderr)
 
 
@@ -456,6 +458,7 @@ def run_all(program, source, folder):
     test_without_display(program, scene)
     test_wrong_use(program, scene)
     start = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # what runs behind a shell may ignore it, and so would the viewer
     display = Display()
     viewer = None
     try:

@@ -112,7 +112,7 @@ class FaultServer {
   int controlPort_ = 0;
 };
 
-inline constexpr double kPatience_s = 60.0;
+inline constexpr double kPatience_s = 240.0;
 
 /// Whether it comes true within the patience of a test.
 inline bool eventually(const std::function<bool()>& condition) {

@@ -7,6 +7,7 @@
 #include <list>
 
 #include "io/fault_server_test.h"
+#include "io/other_threads_test.h"
 #include "io/url_secrets.h"
 
 namespace tellurion::io {
@@ -217,7 +218,7 @@ TEST_F(ResourcesTest, TheMostUrgentGoesFirstAndMayChange) {
   tickets.push_back(resources.get({.url = server.url("/b")}, 20.0, arrival.ready()));  // the same, more urgent
   // What is looked for on disk first waits in another queue; give all of them the time to pass it.
   ASSERT_TRUE(eventually([&] { return resources.statistics().waiting == 6; }));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ASSERT_TRUE(eventually(othersSleep));
   tickets.front() = {};
   ASSERT_TRUE(eventually([&] { return arrival.count() == 6; }));
   EXPECT_EQ(server.state()["order"], (std::vector<std::string>{"/gate", "/b", "/a", "/d", "/c", "/e"}));

@@ -240,7 +240,7 @@ TEST_F(PyramidBuilder, AnInputThatGoesAwayKeepsWhatIsDone) {
 }
 
 TEST_F(PyramidBuilder, WarningsOfSamplingAreReportedOnce) {
-  writeElevation(folder_ / "void.tif", degreesGrid(0, 0, 40, 40, 400, 400),
+  writeElevation(folder_ / "void.tif", degreesGrid(0, 0, 40, 40, 200, 200),
                  [](int c, int r) { return (c + r) % 7 == 0 ? -32767 : 100; });
   std::vector<std::string> inputs = {globe(), (folder_ / "void.tif").string()};
   for (int i = 0; i < 20; ++i) {  // so many that files are closed again

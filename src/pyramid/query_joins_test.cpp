@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <thread>
 
 #include "geo/seed_test.h"
@@ -48,8 +49,19 @@ class QueryJoins : public ::testing::TestWithParam<Scheme> {
         .scheme = scheme};
     return builtPyramid(options);
   }
+  /// Made by the first test that asks: to build takes longer than most tests here.
+  static std::shared_ptr<const PyramidReader> database(Scheme scheme) {
+    struct Made {
+      TemporaryFolder folder;
+      std::shared_ptr<const PyramidReader> reader;
+    };
+    static std::map<Scheme, Made> made;
+    Made& of = made[scheme];
+    if (!of.reader) of.reader = build(of.folder, scheme);
+    return of.reader;
+  }
   void SetUp() override {
-    reader_ = build(folder_, GetParam());
+    reader_ = database(GetParam());
     ASSERT_NE(reader_, nullptr);
     query_ = std::make_unique<HeightQuery>(std::move(*HeightQuery::create(reader_)));
     tiles_ = storedTiles(*reader_);
@@ -60,7 +72,6 @@ class QueryJoins : public ::testing::TestWithParam<Scheme> {
     return found && *found ? **found : HeightAnswer{};
   }
 
-  TemporaryFolder folder_;
   std::shared_ptr<const PyramidReader> reader_;
   std::unique_ptr<HeightQuery> query_;
   std::vector<TileId> tiles_;

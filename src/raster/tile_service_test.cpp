@@ -135,7 +135,7 @@ TEST(WorldWindService, ConfigurationsAreEntries) {
 }
 
 std::string writeTileMap(const std::string& text) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "tms_service_test";
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "tms_service_test";
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "tilemapresource.xml") << text;
   return folder;
@@ -184,7 +184,7 @@ TEST(TmsService, BrokenOnesFail) {
       refusal(templateOf(writeTileMap("<TileMap><Origin x='0' y='0'/><TileFormat width='-1' height='1'/></TileMap>")))
           .find("no level"),
       std::string::npos);
-  EXPECT_NE(refusal(templateOf(testing::TempDir())).find("{z}/{x}/{y}.png"), std::string::npos);
+  EXPECT_NE(refusal(templateOf(::testing::TempDir())).find("{z}/{x}/{y}.png"), std::string::npos);
   EXPECT_NE(refusal(templateOf("/there/is/no/such.xml")).find("no such file"), std::string::npos)
       << refusal(templateOf("/there/is/no/such.xml"));
 }
@@ -203,7 +203,7 @@ TEST(Service, whatNoServerCanAnswerIsToldOnce) {
   EXPECT_EQ(message("nofile.xml"), "nofile.xml: no such file");
   EXPECT_NE(message("https://me:secret@h/{z}/{x}/{w}.png").find("https://h/{z}/{x}/{w}.png: '{w}' is not known"),
             std::string::npos);
-  const std::string path = (std::filesystem::path(testing::TempDir()) / "picture.xml").string();
+  const std::string path = (std::filesystem::path(::testing::TempDir()) / "picture.xml").string();
   for (const std::string beginning : {"\xFF\xD8\xFF\xE0", "\x89PNG", "GIF89a"}) {
     std::ofstream(path) << beginning;
     EXPECT_NE(message(path).find("a raster and no service's document"), std::string::npos) << message(path);
@@ -240,7 +240,7 @@ TEST(Service, ManyLayersAndReferencesStaySmall) {
   for (int i = 0; i < 2000; ++i)
     text += "<Layer><Name>l" + std::to_string(i) + "</Name></Layer>";
   text += "</Layer></Capability></WMS_Capabilities>";
-  const std::string path = (std::filesystem::path(testing::TempDir()) / "many_layers.xml").string();
+  const std::string path = (std::filesystem::path(::testing::TempDir()) / "many_layers.xml").string();
   std::ofstream(path) << text;
   io::Resources resources{io::ResourceOptions{}};
   const auto offers = listService(templateOf(path), resources);

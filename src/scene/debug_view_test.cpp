@@ -101,7 +101,7 @@ class DebugGlobe : public ::testing::Test {
   }
 
   const Frame& loaded(const View& view) {
-    const auto end = std::chrono::steady_clock::now() + 30s;
+    const auto end = std::chrono::steady_clock::now() + 240s;
     while (std::chrono::steady_clock::now() < end) {
       const Frame& frame = globe_->update(view);
       if (frame.complete) return frame;

@@ -156,7 +156,7 @@ Cost costOf(Globe& globe, const Place& place, const Sight& sight, bool withRelie
   // Noise takes long to make, and there are tiles enough of it in a smaller picture.
   const Viewport size = withRelief ? Viewport{.width = 384, .height = 288} : Viewport{.width = 512, .height = 384};
   const View view = viewOf(camera, geo::earth().ellipsoid, geo::Angle::degrees(45.0), size);
-  const auto end = std::chrono::steady_clock::now() + 60s;
+  const auto end = std::chrono::steady_clock::now() + 240s;
   while (std::chrono::steady_clock::now() < end) {
     const Frame& frame = globe.update(view, {});
     if (frame.complete) return costOf(frame);

@@ -2,15 +2,13 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <set>
 #include <string>
 #include <thread>
 
 #include "geo/body.h"
+#include "io/other_threads_test.h"
 #include "scene/globe.h"
 #include "scene/remote_source_test.h"
 #include "scene/screen_share.h"
@@ -57,19 +55,6 @@ std::vector<TileId> tilesAt(const Frame& frame, const std::vector<geo::Direction
   return out;
 }
 
-/// Whether all other threads of this process have nothing to do.
-bool othersSleep() {
-  const std::string own = std::filesystem::read_symlink("/proc/thread-self").filename();
-  for (const auto& thread : std::filesystem::directory_iterator("/proc/self/task")) {
-    if (thread.path().filename() == own) continue;
-    std::ifstream file(thread.path() / "stat");
-    const std::string stat((std::istreambuf_iterator<char>(file)), {});
-    const std::size_t name = stat.rfind(')');
-    if (name != std::string::npos && stat.compare(name, 3, ") S") != 0) return false;
-  }
-  return true;
-}
-
 struct Planet {
   explicit Planet(Order order = Order::mostUrgent)
       : server(
@@ -87,7 +72,7 @@ struct Planet {
   const Frame& settled(const View& view) {
     for (;;) {
       const Frame& frame = globe->update(view, {.morph = false});
-      while (!othersSleep())
+      while (!io::othersSleep())
         std::this_thread::sleep_for(100us);
       if (!globe->waitForArrivals(0ms)) return frame;
     }
@@ -161,7 +146,7 @@ int fewestTicks(const std::vector<TileId>& final, const std::map<TileId, int>& a
 double shareOfTime(const char* name, const std::vector<View>& before, const View& view) {
   const auto places = placesIn(view);
   Planet all;
-  const auto end = std::chrono::steady_clock::now() + 60s;
+  const auto end = std::chrono::steady_clock::now() + 240s;
   while (!all.settled(view).complete && std::chrono::steady_clock::now() < end)
     all.server->serve(1000);
   const auto final = tilesAt(all.settled(view), places);

@@ -244,12 +244,9 @@ void print(const std::string& tiling, const char* what, const Log& log) {
 class SlowFlight : public testing::TestWithParam<tiling::Scheme> {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("flight_" + std::string(nameOf(GetParam())) + std::to_string(getpid()));
-    source_ = earthOn(GetParam(), folder_);
+    source_ = earthOn(GetParam());
     ASSERT_TRUE(source_);
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   Log flown(const char* what, const Flight& how) const {
     std::shared_ptr<const raster::TileSource> ground = source_;
@@ -271,7 +268,6 @@ class SlowFlight : public testing::TestWithParam<tiling::Scheme> {
   }
 
  private:
-  std::filesystem::path folder_;
   std::shared_ptr<const raster::TileSource> source_;
 };
 

@@ -232,18 +232,12 @@ class NoHole : public testing::TestWithParam<tiling::Scheme> {
     ASSERT_TRUE(renderer && target);
     renderer_.emplace(std::move(*renderer));
     target_.emplace(std::move(*target));
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("no_hole_" + std::string(nameOf(GetParam())) + std::to_string(getpid()));
-    source_ = earthOn(GetParam(), folder_);
+    source_ = earthOn(GetParam());
     ASSERT_TRUE(source_);
-  }
-  void TearDown() override {
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
   }
 
   std::optional<render::Renderer> renderer_;
   std::optional<render::RenderTarget> target_;
-  std::filesystem::path folder_;
   std::shared_ptr<const raster::TileSource> source_;
 };
 
