@@ -18,6 +18,8 @@ constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight 
 constexpr double kUnseenPriority = 1e-12;   ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
+constexpr std::chrono::seconds kFirstAside{2};
+constexpr std::chrono::seconds kLongestAside{30};
 constexpr std::size_t kMostOpening = 32;           ///< at a time; they do little but wait
 constexpr std::ptrdiff_t kMostOfAServer = 2;       ///< of those, so that one that hangs keeps no other's layers shut
 constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
@@ -78,14 +80,19 @@ struct LayerRoster::Entry {
   LayerSource source;
   std::size_t layer = 0;  ///< of its kind
   State state = State::opening;
-  bool isTold = false;  ///< maker() has it
+  bool isTold = false;   ///< maker() has it
+  bool isShown = false;  ///< what is drawn has it
+  /// While what holds others up is set aside: until then, and the longer the more often it did.
+  std::optional<Clock::time_point> asideUntil;
+  std::chrono::seconds asideFor = kFirstAside;
   std::shared_ptr<LayerTiles> tiles;
   struct Root {
     std::size_t root = 0;
     std::shared_ptr<TileFetch> fetch;
   };
-  std::vector<Root> roots;      ///< on their way, or held until contents are made of them
-  std::uint32_t toldRoots = 0;  ///< of elevation, those that maker() has: GroundLayers::Layer
+  std::vector<Root> roots;       ///< on their way, or held until contents are made of them
+  std::uint32_t toldRoots = 0;   ///< of elevation, those that maker() has: GroundLayers::Layer
+  std::uint32_t shownRoots = 0;  ///< and those that what is drawn has
   /// What imagery shows until its roots are here; null: nothing. Held until all roots are here, in sight or not.
   std::shared_ptr<LayerTiles> overview;
   Clock::time_point rootsAt;  ///< while looking: when roots are asked for whether it has come or not
@@ -325,7 +332,7 @@ bool LayerRoster::lacksRoots(const Entry& entry) {
 
 /// It may take part, and does not yet or with fewer roots than it could. Roots out of sight count when they are all.
 bool LayerRoster::hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending) {
-  if (entry.state != Entry::State::ready) return false;
+  if (entry.state != Entry::State::ready || entry.asideUntil) return false;
   if (!entry.isTold) return true;
   if (!lacksRoots(entry)) return false;
   const std::uint32_t here = rootsHere(entry);
@@ -351,6 +358,10 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
       } else if (lacksRoots(*entry)) {
         hurryRoots(*entry, rootShares);
       }
+      if (entry->asideUntil && (!isPending || now >= *entry->asideUntil)) {
+        entry->asideUntil.reset();
+        changed = true;
+      }
       changed = changed || hasMoreToTell(*entry, rootShares, isPending);
     }
   }
@@ -358,6 +369,48 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
     if (layout.series) layout.series->advance(now, *opener_, *ledger_);
   }
   return changed;
+}
+
+/// What is drawn lacks it, or roots of it, and maker() has it.
+bool LayerRoster::joins(const Entry& entry) {
+  return entry.isTold && (!entry.isShown || entry.toldRoots != entry.shownRoots);
+}
+
+bool LayerRoster::isOf(const Entry& entry, const LayerTiles* tiles) const {
+  if (entry.tiles || entry.kind == raster::Kind::elevation) return entry.tiles.get() == tiles;
+  const auto& series = layout_[entry.layer].series;
+  return series && series->current()->now().tiles.get() == tiles;
+}
+
+bool LayerRoster::setAside(std::span<const LayerTiles* const> waitedFor, Clock::time_point now) {
+  std::size_t joining = 0;
+  std::vector<Entry*> late;
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (!joins(*entry)) continue;
+      ++joining;
+      if (std::ranges::any_of(waitedFor, [&](const LayerTiles* tiles) { return isOf(*entry, tiles); }))
+        late.push_back(entry.get());
+    }
+  }
+  if (late.empty() || late.size() == joining) return false;
+  for (Entry* entry : late) {
+    entry->isTold = entry->isShown;
+    entry->toldRoots = entry->shownRoots;
+    entry->asideUntil = now + entry->asideFor;
+    entry->asideFor = std::min(2 * entry->asideFor, kLongestAside);
+  }
+  return true;
+}
+
+void LayerRoster::isShown() {
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      entry->isShown = entry->isTold;
+      entry->shownRoots = entry->toldRoots;
+      if (entry->asideUntil) entry->asideUntil = Clock::time_point();
+    }
+  }
 }
 
 /// It is to be opened, or opened again, and would not keep a thread waiting for what others open or wait for already.
@@ -379,7 +432,9 @@ bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
 }
 
 bool LayerRoster::isDue(Clock::time_point now) const {
-  const auto isDueNow = [&](const auto& entry) { return mayOpen(*entry, now) || mayFetchRoots(*entry, now); };
+  const auto isDueNow = [&](const auto& entry) {
+    return mayOpen(*entry, now) || mayFetchRoots(*entry, now) || (entry->asideUntil && now >= *entry->asideUntil);
+  };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
          std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
          std::any_of(layout_.begin(), layout_.end(),
@@ -430,14 +485,16 @@ ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
     layer.nightLights = layout.nightLights;
   }
   for (const auto& entry : elevation_) {
-    entry->isTold = entry->state == Entry::State::ready;
+    if (!entry->asideUntil) {
+      entry->isTold = entry->state == Entry::State::ready;
+      entry->toldRoots = entry->isTold ? rootsHere(*entry) : 0;
+    }
     if (!entry->isTold) continue;
-    entry->toldRoots = rootsHere(*entry);
     ground.emplace_back(entry->tiles, entry->source.seam_m, entry->toldRoots);
   }
   std::vector<bool> isReplaced(layout_.size());
   for (const auto& entry : imagery_) {
-    entry->isTold = entry->state == Entry::State::ready;
+    if (!entry->asideUntil) entry->isTold = entry->state == Entry::State::ready;
     if (entry->isTold && entry->source.replacesOthers) isReplaced[entry->layer] = true;
   }
   for (const auto& entry : imagery_) {

@@ -40,6 +40,12 @@ class LayerRoster {
   bool advance(Clock::time_point now, std::span<const double> rootShares, bool isPending);
   /// A source that failed is to be opened again: advance() has something to do.
   bool isDue(Clock::time_point now) const;
+  /// What maker() made the last time waits for data of these: layers of it that are not shown yet are left out for a
+  /// while, those that are shown with fewer roots go back to them. False: no layer would join without them, so nothing
+  /// was done; else maker() is to be asked again.
+  bool setAside(std::span<const LayerTiles* const> waitedFor, Clock::time_point now);
+  /// What maker() made the last time is drawn from now on.
+  void isShown();
   /// What makes contents of all layers that may take part now; the others are left out.
   ContentMaker maker(bool regularMesh, bool compressTextures);
   /// Of all elevation that maker() told: samples of parents are samples of their children.
@@ -87,6 +93,8 @@ class LayerRoster {
   static bool lacksRoots(const Entry& entry);
   static bool hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending);
   static bool isComing(const Entry& entry);
+  static bool joins(const Entry& entry);
+  bool isOf(const Entry& entry, const LayerTiles* tiles) const;
 
   tiling::Tiling tiling_;
   geo::Body body_;
