@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <utility>
 
@@ -20,8 +19,6 @@ constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
 constexpr std::chrono::seconds kFirstAside{2};
 constexpr std::chrono::seconds kLongestAside{30};
-constexpr std::size_t kMostOpening = 32;           ///< at a time; they do little but wait
-constexpr std::ptrdiff_t kMostOfAServer = 2;       ///< of those, so that one that hangs keeps no other's layers shut
 constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
 
 /// Why a source cannot be a layer of the scene; nothing when it can.
@@ -41,12 +38,6 @@ std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tili
   if (info.tileCells != cells)
     return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info.tileCells, cells));
   return std::nullopt;
-}
-
-/// A URL up to its path; of what is no URL all of it.
-std::string_view serverOf(std::string_view name) {
-  const std::size_t authority = name.find("://");
-  return authority == name.npos ? name : name.substr(0, name.find_first_of("/?#", authority + 3));
 }
 
 bool isMeshable(int cells) {
@@ -70,12 +61,6 @@ struct LayerRoster::Entry {
     ready,     ///< may take part
     failed,    ///< never will
   };
-  /// What the thread that opens it fills in.
-  struct Opened {
-    std::atomic<bool> done{false};
-    io::Result<LayerSource::Pointer> source;
-  };
-
   raster::Kind kind = raster::Kind::elevation;
   LayerSource source;
   std::size_t layer = 0;  ///< of its kind
@@ -97,7 +82,7 @@ struct LayerRoster::Entry {
   std::shared_ptr<LayerTiles> overview;
   Clock::time_point rootsAt;  ///< while looking: when roots are asked for whether it has come or not
   std::vector<std::shared_ptr<TileFetch>> overviewRoots;
-  std::shared_ptr<Opened> opened;  ///< while a thread is at it
+  std::shared_ptr<SourceOpeners::Opening> opening;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
   struct Steps {
     std::vector<TimedSource> all;
@@ -174,7 +159,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   }
   for (const ImageryLayout& layout : roster->layout_)
     late += layout.series ? 1u : 0u;
-  if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
+  if (late > 0) roster->openers_ = std::make_unique<SourceOpeners>(late, bell);
   return roster;
 }
 
@@ -217,20 +202,11 @@ LayerRoster::Entry& LayerRoster::add(raster::Kind kind, LayerSource source, std:
   return *all.emplace_back(std::move(entry));
 }
 
-void LayerRoster::open(Entry& entry) {
-  entry.opened = std::make_shared<Entry::Opened>();
-  opener_->submit(0.0, [this, slot = entry.opened, how = entry.source.opening] {
-    slot->source = how();
-    slot->done.store(true, std::memory_order_release);
-    bell_.ring();
-  });
-}
-
-void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares) {
-  const auto slot = std::exchange(entry.opened, nullptr);
-  if (!slot->source) {
-    entry.trouble = slot->source.error();
-    if (slot->source.error().code != io::Failure::Code::ioError) {
+void LayerRoster::takeOpened(Entry& entry, io::Result<LayerSource::Pointer> source, Clock::time_point now,
+                             std::span<const double> rootShares) {
+  if (!source) {
+    entry.trouble = source.error();
+    if (source.error().code != io::Failure::Code::ioError) {
       entry.state = Entry::State::failed;
       ledger_->add({.failure = *std::exchange(entry.trouble, std::nullopt), .tile = {}});
     }
@@ -239,7 +215,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<cons
     return;
   }
   entry.trouble.reset();
-  entry.source.open = std::move(*slot->source);
+  entry.source.open = std::move(*source);
   auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind, cellsOf(entry));
   if (wrong) {
     entry.state = Entry::State::failed;
@@ -348,8 +324,11 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
       if (entry->state == Entry::State::opening) {
-        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now, rootShares);
-        if (mayOpen(*entry, now)) open(*entry);
+        if (auto source = entry->opening ? entry->opening->take() : std::nullopt) {
+          entry->opening.reset();
+          takeOpened(*entry, std::move(*source), now, rootShares);
+        }
+        if (mayOpen(*entry, now)) entry->opening = openers_->open(entry->source);
       }
       if (mayFetchRoots(*entry, now)) fetchRoots(*entry, rootShares);
       if (entry->state == Entry::State::fetching) {
@@ -366,7 +345,7 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
     }
   }
   for (const ImageryLayout& layout : layout_) {
-    if (layout.series) layout.series->advance(now, *opener_, *ledger_);
+    if (layout.series) layout.series->advance(now, *openers_, *ledger_);
   }
   return changed;
 }
@@ -415,16 +394,8 @@ void LayerRoster::isShown() {
 
 /// It is to be opened, or opened again, and would not keep a thread waiting for what others open or wait for already.
 bool LayerRoster::mayOpen(const Entry& entry, Clock::time_point now) const {
-  if (entry.state != Entry::State::opening || entry.opened || now < entry.retryAt) return false;
-  if (entry.source.waitsFor) return entry.source.waitsFor().empty();
-  const std::string_view server = serverOf(entry.source.name);
-  std::ptrdiff_t waiting = 0;
-  for (const auto* all : {&elevation_, &imagery_}) {
-    waiting += std::ranges::count_if(*all, [&](const auto& other) {
-      return other->opened && !other->source.waitsFor && serverOf(other->source.name) == server;
-    });
-  }
-  return waiting < kMostOfAServer;
+  return entry.state == Entry::State::opening && !entry.opening && now >= entry.retryAt &&
+         openers_->mayOpen(entry.source);
 }
 
 bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
@@ -437,8 +408,9 @@ bool LayerRoster::isDue(Clock::time_point now) const {
   };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
          std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
-         std::any_of(layout_.begin(), layout_.end(),
-                     [&](const ImageryLayout& layout) { return layout.series && layout.series->isDue(now); });
+         std::any_of(layout_.begin(), layout_.end(), [&](const ImageryLayout& layout) {
+           return layout.series && layout.series->isDue(now, *openers_);
+         });
 }
 
 void LayerRoster::setClock(double time_s, bool forwards) {

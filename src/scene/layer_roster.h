@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "io/executor.h"
 #include "scene/globe_layers.h"
 #include "scene/layer_series.h"
 #include "scene/scene_file.h"
+#include "scene/source_openers.h"
 #include "scene/tile_content.h"
 #include "scene/tile_fetching.h"
 
@@ -77,8 +77,8 @@ class LayerRoster {
   std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
   void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
-  void open(Entry& entry);
-  void takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  void takeOpened(Entry& entry, io::Result<LayerSource::Pointer> source, Clock::time_point now,
+                  std::span<const double> rootShares);
   bool mayOpen(const Entry& entry, Clock::time_point now) const;
   void begin(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
   static bool mayFetchRoots(const Entry& entry, Clock::time_point now);
@@ -113,7 +113,7 @@ class LayerRoster {
   std::vector<ImageryLayout> layout_;  ///< an imagery layer each
   std::vector<std::unique_ptr<Entry>> elevation_;
   std::vector<std::unique_ptr<Entry>> imagery_;  ///< a data set each, those of a layer next to each other
-  std::unique_ptr<io::Executor> opener_;         ///< last: its threads ring the bell and fill entries
+  std::unique_ptr<SourceOpeners> openers_;       ///< null: all sources are open from the start
 };
 
 }  // namespace tellurion::scene
