@@ -112,7 +112,7 @@ inline const Frame& passed(Globe& globe, const View& view, int frames = 30, cons
 
 /// Updates until it comes true, for as long as a test waits; servers do nothing meanwhile.
 inline bool comesTrue(Globe& globe, const View& view, const std::function<bool(const Frame&)>& condition) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (std::chrono::steady_clock::now() < end) {
     if (condition(globe.update(view))) return true;
     globe.waitForArrivals(std::chrono::milliseconds(10));
