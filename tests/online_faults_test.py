@@ -220,6 +220,30 @@ class Faults(unittest.TestCase):
         self.assertNotEqual(rows[0]["complete"], "true")
         self.assertEqual((rows[-1]["complete"], rows[-1]["tiles_wanted"]), ("true", "0"))
 
+    def test_a_few_coarse_images_come_before_the_many_that_roots_need(self):
+        """World Wind's level zero: eight images in place of the 32 that the twelve roots of HEALPix are read from."""
+        online_world.make_worldwind(self.source / "data/earth/bluemarble_dec2004_5400x2700.jpg", self.work / "tree", 1, degrees=90, side=256, name="wide")
+        entry = {"source": f"{self.proxy.url}/worldwind", "type": "worldwind", "layer": "wide", "level_zero_degrees": 90, "max_level": 1, "tile_pixels": 256}
+        scene = online_world.scene_file(self.work / "wide.toml", [entry], tiling="healpix")
+        out = self.work / "wide.png"
+
+        def render(cache, status, timeout):
+            words = [scene if word == self.scene else word for word in self.words(out, timeout)]
+            self.of_cache(cache).run(*words, status=status)
+            self.check_whole(out)
+            return [int(path.partition("L=")[2].partition("&")[0]) for path in self.proxy.state()["order"]], online_world.colours(out)
+
+        levels, healthy = render("wide", 0, 120)
+        print(f"{levels.count(0)} coarse images, then {levels.count(1)}")
+        self.assertEqual(levels[:8], [0] * 8)
+        self.assertEqual(set(levels[8:]), {1})
+        self.assertGreater(levels.count(1), 8, "there is something to save")
+        # Out of these eight alone there is a picture of the whole.
+        self.setUp()
+        self.proxy.tell("set", prefix="/worldwind?T=wide&L=1", fault="hang")
+        _, coarse = render("wide coarse", 1, SLOW_TIMEOUT_S)
+        self.assertLess(abs(coarse - healthy)[self.inside].mean(), 10)
+
     def test_nothing_comes_twice_and_turning_away_cancels(self):
         self.proxy.tell("set", prefix="/xyz/3", fault="slow", rate=3000)
         end = self.bench("turn", [(0, CAMERA), (3, CAMERA), (3.01, AWAY), (6, AWAY)])

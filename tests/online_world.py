@@ -90,16 +90,16 @@ def make_xyz(picture, tree, finest):
                 write_png(tree / "xyz" / str(level) / str(x) / f"{y}.png", whole[:, 256 * y:256 * y + 256, 256 * x:256 * x + 256])
 
 
-def make_worldwind(picture, tree, finest):
-    """Tiles of 36 degrees and 512 pixels at level 0, rows from the south."""
+def make_worldwind(picture, tree, finest, degrees=36, side=512, name="worldwind"):
+    """Tiles of so many degrees and pixels at level 0, rows from the south."""
     for level in range(finest + 1):
-        width, height = 5120 * 2 ** level, 2560 * 2 ** level
+        width, height = 360 // degrees * side * 2 ** level, 180 // degrees * side * 2 ** level
         whole = gdal.Warp("", str(picture), format="MEM", width=width, height=height, outputBounds=(-180, -90, 180, 90),
                           resampleAlg="average" if level == 0 else "bilinear").ReadAsArray()
-        for y in range(height // 512):
-            for x in range(width // 512):
-                top = height - 512 * (y + 1)
-                write_png(tree / "worldwind" / str(level) / str(y) / f"{x}.png", whole[:, top:top + 512, 512 * x:512 * x + 512])
+        for y in range(height // side):
+            for x in range(width // side):
+                top = height - side * (y + 1)
+                write_png(tree / name / str(level) / str(y) / f"{x}.png", whole[:, top:top + side, side * x:side * x + side])
 
 
 def make_time_index(path, rasters):

@@ -65,6 +65,8 @@ nlohmann::ordered_json jsonOf(const raster::LayerOffer& layer) {
   if (layer.onlyWhole) json["only_whole"] = true;
   if (layer.fixedWidth > 0) json["fixed_width"] = layer.fixedWidth;
   if (layer.fixedHeight > 0) json["fixed_height"] = layer.fixedHeight;
+  if (layer.minScaleDenominator) json["min_scale_denominator"] = *layer.minScaleDenominator;
+  if (layer.maxScaleDenominator) json["max_scale_denominator"] = *layer.maxScaleDenominator;
   return json;
 }
 
@@ -84,9 +86,12 @@ nlohmann::ordered_json jsonOf(const raster::ServiceOffers& offers) {
 std::string limitsOf(const raster::LayerOffer& layer) {
   const auto side = [](int pixels) { return pixels > 0 ? std::to_string(pixels) : std::string("any"); };
   const bool isFixed = layer.fixedWidth > 0 || layer.fixedHeight > 0;
-  if (!layer.onlyWhole && !isFixed) return {};
-  return fmt::format("{}{}", layer.onlyWhole ? "one map of all of it, no parts" : "any part",
-                     isFixed ? fmt::format(", {} x {} pixels", side(layer.fixedWidth), side(layer.fixedHeight)) : "");
+  std::vector<std::string> limits;
+  if (layer.onlyWhole || isFixed) limits.emplace_back(layer.onlyWhole ? "one map of all of it, no parts" : "any part");
+  if (isFixed) limits.push_back(fmt::format("{} x {} pixels", side(layer.fixedWidth), side(layer.fixedHeight)));
+  if (layer.minScaleDenominator) limits.push_back(fmt::format("no finer than 1:{:.6g}", *layer.minScaleDenominator));
+  if (layer.maxScaleDenominator) limits.push_back(fmt::format("no coarser than 1:{:.6g}", *layer.maxScaleDenominator));
+  return fmt::format("{}", fmt::join(limits, ", "));
 }
 
 /// The first few of a list, and how many more.

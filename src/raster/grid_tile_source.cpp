@@ -24,6 +24,12 @@ constexpr double kFiner = 1.1;
 /// A worker waits so long for the server to mend an image that could not be decoded: some tries of its backoff.
 constexpr double kSecondPatience_s = 10.0;
 
+/// An overview has so many images in any case; more, up to the other, where roots would ask for so many times as many.
+constexpr std::int64_t kFewImages = 2;
+constexpr std::int64_t kMostOfOverview = 16;
+constexpr std::int64_t kFewerTimes = 3;
+constexpr std::uint64_t kOverview_bytes = std::uint64_t{4} << 20;  ///< decoded; more where it takes more
+
 template <class T>
 using ImageCache = SharedCache<GridImageId, Raster<T>, GridImageIdHash>;
 
@@ -119,16 +125,15 @@ class GridTileSource final : public TileSource {
   const TileSourceInfo& info() const override { return info_; }
 
   std::shared_ptr<const TileSource> overview() const override {
-    constexpr int kMostImages = 2;
-    constexpr std::uint64_t kMemory_bytes = std::uint64_t{4} << 20;
-    const GridWindow& coarsest = geometry_->window(0);
-    const geo::Angle sample = sampleSpacing(tiling_, 0, info_.tileCells);
-    const bool rootsReadIt = geometry_->fit(sample, tiling_.scheme(), 1.0).level == 0;
-    if (rootsReadIt || coarsest.imageColumns * coarsest.imageRows > kMostImages) return nullptr;
+    if (!coarsestIsCheap()) return nullptr;
+    const GridLevel& level = geometry_->level(0);
+    const auto pixels = static_cast<std::uint64_t>(imagesOf(0)) * static_cast<std::uint64_t>(level.imageWidth) *
+                        static_cast<std::uint64_t>(level.imageHeight);
     GridService service = service_->service;
     service.levels.resize(1);
-    auto source = gridTileSource(std::move(service), tiling_.scheme(), resources_,
-                                 {.memoryBytes = kMemory_bytes, .tileCells = info_.tileCells});
+    auto source =
+        gridTileSource(std::move(service), tiling_.scheme(), resources_,
+                       {.memoryBytes = std::max(kOverview_bytes, pixels * sizeof(T)), .tileCells = info_.tileCells});
     return source ? *source : nullptr;
   }
 
@@ -172,6 +177,18 @@ class GridTileSource final : public TileSource {
   }
 
  private:
+  std::int64_t imagesOf(int level) const {
+    return std::int64_t{geometry_->window(level).imageColumns} * geometry_->window(level).imageRows;
+  }
+
+  /// It is not the level that roots are read on, and asks for far fewer images than that does for all of them.
+  bool coarsestIsCheap() const {
+    const GridFit ofRoots = geometry_->fit(sampleSpacing(tiling_, 0, info_.tileCells), tiling_.scheme(), 1.0);
+    const std::int64_t images = imagesOf(0);
+    return ofRoots.level > 0 &&
+           (images <= kFewImages || (images <= kMostOfOverview && kFewerTimes * images <= imagesOf(ofRoots.level)));
+  }
+
   /// Whether there are finer pixels, somewhere in a part of the service, than the samples of a level.
   bool isCoarse(int level, const geo::GeoRect& part) const {
     const geo::Angle south = std::max(part.south, info_.bounds.south);

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "raster/grid_fixture_test.h"
@@ -93,6 +94,25 @@ TEST_P(GridTiles, AnOverviewIsAllRootsOutOfTheCoarsestLevel) {
   coarse.kind = Kind::imagery;
   writeImages(coarse, folder, [](const GridImageId&) { return false; });
   EXPECT_EQ(sourceOrDie(coarse, GetParam(), {.tileCells = 16})->overview(), nullptr);
+}
+
+/// Tiles of 90 degrees, as World Wind's, of fewer pixels: eight images in place of the 32 or more that roots read. Of
+/// 36 degrees they are too many to be seen before the roots.
+TEST_P(GridTiles, AnOverviewMayHaveSeveralImagesWhereRootsNeedFarMore) {
+  const ScratchFolder folder;
+  for (const int columns : {4, 10}) {
+    GridService service{.name = fmt::format("world {}", columns),
+                        .kind = Kind::imagery,
+                        .levels = halvingLevels(-180.0, 90.0, 360.0 / columns, columns, columns / 2, 16, 4)};
+    writeImages(service, folder, [](const GridImageId& id) { return id.level == 0; });
+    const auto overview = sourceOrDie(service, GetParam())->overview();
+    ASSERT_EQ(overview != nullptr, columns == 4);
+    if (!overview) continue;
+    for (int root = 0; root < tiling_.rootCount(); ++root) {
+      const auto tile = overview->load({.level = 0, .root = static_cast<std::uint8_t>(root)});
+      ASSERT_TRUE(tile && *tile) << root;
+    }
+  }
 }
 
 TEST_P(GridTiles, MercatorIsThePictureToItsLastLatitude) {

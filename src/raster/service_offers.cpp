@@ -152,6 +152,8 @@ std::vector<LayerOffer> offersOf(const WmsCapabilities& capabilities) {
     offer.onlyWhole = layer.noSubsets;
     offer.fixedWidth = layer.fixedWidth;
     offer.fixedHeight = layer.fixedHeight;
+    offer.minScaleDenominator = layer.minScaleDenominator;
+    offer.maxScaleDenominator = layer.maxScaleDenominator;
     bytes += listedBytes(offer);
     offers.push_back(std::move(offer));
     if (bytes > kMostListedBytes) break;

@@ -29,7 +29,9 @@ struct LayerOffer {
   bool onlyWhole = false;  ///< WMS: the server gives one map of all of it, no parts
   int fixedWidth = 0;      ///< WMS: pixels of every map of it; 0: any
   int fixedHeight = 0;
-  ServiceLayer entry;  ///< opens it
+  std::optional<double> minScaleDenominator;  ///< WMS: not to be drawn finer than this
+  std::optional<double> maxScaleDenominator;  ///< WMS: nor coarser
+  ServiceLayer entry;                         ///< opens it
 };
 
 struct ServiceOffers {

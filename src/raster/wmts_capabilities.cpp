@@ -57,6 +57,10 @@ bool readMatrix(const XmlElement& element, WmtsMatrix& matrix) {
 /// Times are many, and only gone through once.
 bool hasTooMuch(const XmlElement& element) {
   if (element.children.size() > kMostParts) return true;
+  std::size_t linked = 0;
+  for (const XmlElement* link : element.all("TileMatrixSetLink"))
+    linked += link->children.size();
+  if (linked > 2 * kMostParts) return true;
   return std::ranges::any_of(element.children, [](const XmlElement& child) {
     const XmlElement* limits = child.child("TileMatrixSetLimits");
     return limits != nullptr && limits->children.size() > kMostParts;
@@ -72,20 +76,21 @@ WmtsMatrixSet matrixSetOf(const XmlElement& element) {
   return set;
 }
 
-WmtsLink linkOf(const XmlElement& element) {
-  WmtsLink link;
-  link.matrixSet = element.textOf("TileMatrixSet");
+/// The standard has one set in a link; some servers name several. Limits are of matrices by name, so of one set only.
+void addLinks(const XmlElement& element, std::vector<WmtsLink>& links) {
+  const auto sets = element.all("TileMatrixSet");
+  for (const XmlElement* set : sets)
+    links.push_back({.matrixSet = set->text, .limits = {}});
   const XmlElement* limits = element.child("TileMatrixSetLimits");
-  if (limits == nullptr) return link;
+  if (sets.size() != 1 || limits == nullptr) return;
   for (const XmlElement* one : limits->all("TileMatrixLimits")) {
     const auto minRow = parseNumber<std::int64_t>(one->textOf("MinTileRow"));
     const auto maxRow = parseNumber<std::int64_t>(one->textOf("MaxTileRow"));
     const auto minColumn = parseNumber<std::int64_t>(one->textOf("MinTileCol"));
     const auto maxColumn = parseNumber<std::int64_t>(one->textOf("MaxTileCol"));
     if (minRow && maxRow && minColumn && maxColumn)
-      link.limits.push_back({std::string(one->textOf("TileMatrix")), *minRow, *maxRow, *minColumn, *maxColumn});
+      links.back().limits.push_back({std::string(one->textOf("TileMatrix")), *minRow, *maxRow, *minColumn, *maxColumn});
   }
-  return link;
 }
 
 WmtsLayer layerOf(const XmlElement& element) {
@@ -108,7 +113,7 @@ WmtsLayer layerOf(const XmlElement& element) {
       made.values.push_back(value->text);
   }
   for (const XmlElement* link : element.all("TileMatrixSetLink"))
-    layer.links.push_back(linkOf(*link));
+    addLinks(*link, layer.links);
   for (const XmlElement* resource : element.all("ResourceURL"))
     if (resource->attribute("resourceType") == "tile")
       layer.templates.push_back(

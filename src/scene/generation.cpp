@@ -8,10 +8,13 @@ namespace tellurion::scene {
 const Selection& Generation::cut(const View& view, const CutOptions& options, double exaggeration,
                                  std::span<const LayerLook> looks, const Residency* gpu) {
   forest.begin(exaggeration, looks, gpu);
+  const std::uint64_t before = forest.contentBytes();
   loading.receive();
+  if (forest.contentBytes() != before) lastArrival_ = std::chrono::steady_clock::now();
   const CutHistory* history = historyAt(options);
   const Selection& selection = selector_.select(view, options, forest.occluderDepth_m(), forest, history);
   rootShares_ = selection.rootShares;
+  lastCut_ = &selection;
   return selection;
 }
 
@@ -29,6 +32,19 @@ bool Generation::lacksRoots() const {
     if (rootShares_[root] > 0.0 && (record == nullptr || !record->drawable || record->isStandIn)) return true;
   }
   return false;
+}
+
+std::vector<const LayerTiles*> Generation::waitedFor() const {
+  std::vector<const LayerTiles*> out;
+  for (std::size_t i = 0; lastCut_ != nullptr && i < lastCut_->wanted.size(); ++i) {
+    const TileRecord* record = forest.find(lastCut_->wanted[i].id);
+    if (record == nullptr || !record->job) continue;
+    for (const TileJob::Part& part : record->job->missing) {
+      if (!part.fetch->isReady() && std::ranges::find(out, part.need.tiles) == out.end())
+        out.push_back(part.need.tiles);
+    }
+  }
+  return out;
 }
 
 /// Updates at one time all start from what was drawn at the time before, so that the last of them, when all has come,

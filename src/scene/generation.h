@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -36,11 +37,17 @@ class Generation {
   bool rootsAreDrawable() const;
   /// Roots that may be seen still lack pictures.
   bool lacksRoots() const;
+  /// When cut() took in the last tile; before the first of all times.
+  std::chrono::steady_clock::time_point lastArrival() const { return lastArrival_; }
+  /// The layers, each once, whose data tiles of the last cut wait for.
+  std::vector<const LayerTiles*> waitedFor() const;
 
  private:
   const CutHistory* historyAt(const CutOptions& options);
 
   Selector selector_;
+  const Selection* lastCut_ = nullptr;
+  std::chrono::steady_clock::time_point lastArrival_;
   std::vector<double> rootShares_;     ///< Selection's of the last cut
   std::array<CutMemory, 2> memories_;  ///< of the last time and of this one; which is which, history says
   CutHistory history_{.last = &memories_[0], .now = &memories_[1]};

@@ -15,6 +15,7 @@
 #include "scene/layer_roster.h"
 #include "scene/layer_sources.h"
 #include "scene/picture_renewal.h"
+#include "scene/succession.h"
 #include "scene/view_motion.h"
 
 namespace tellurion::scene {
@@ -25,8 +26,8 @@ using Clock = std::chrono::steady_clock;
 /// Of the byte budget, what decoded source tiles may take; the rest is for meshes and textures.
 constexpr double kSourceShare = 0.25;
 
-/// A generation that has not all that its view needs takes the other's place after this time; a planet without any
-/// layer's at once.
+/// A generation to come keeps others waiting no longer than this: from then on layers join without those that hold it
+/// up, and when for so long nothing of it has come, what is shown goes on becoming finer.
 constexpr std::chrono::seconds kLongestPending{1};
 
 /// Failures that are kept: a server that lacks everything has one for each tile.
@@ -60,8 +61,10 @@ struct Globe::State {
   void renewPictures(const Selection& selection, const Residency* gpu);
   void receive();
   std::optional<View> viewAhead(const View& view, const CutOptions& options);
-  bool isAsGood(const Selection& ofNext, const Selection& ofShown) const;
-  bool nextIsDue(Clock::time_point now) const;
+  void beginNext(Clock::time_point now);
+  bool mayTakeOver(const Selection& ofShown, const CutOptions& options) const;
+  bool nextStandsStill(Clock::time_point now) const;
+  void request(const View& view, const CutOptions& options, const Selection& ofShown);
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
   void evict();
   void fillFrame(const View& view, const Selection& selection);
@@ -96,6 +99,7 @@ struct Globe::State {
   std::optional<geo::Vec3> sunByClock;               ///< towards the sun at that time, where it is known
   std::uint64_t spareCopies_bytes = 0;               ///< what this update's pictures leave of CutOptions::copies_bytes
   Clock::time_point pendingSince;                    ///< of next
+  bool shownGoesOn = true;                           ///< shown was asked for in the last update
   const Selection* nextCut = nullptr;                ///< of this update; null without next
   std::vector<std::string> imageryNames;
   std::vector<std::uint32_t> imageryOrder;  ///< bottom first
@@ -112,6 +116,7 @@ std::unique_ptr<Generation> Globe::State::generation() {
 void Globe::State::show(std::unique_ptr<Generation> one) {
   if (shown) retired.push_back(std::move(shown));
   shown = std::move(one);
+  roster->isShown();
   renewal = std::make_unique<PictureRenewal>(shown->forest.maker().colours, executor, fetches, bell);
 }
 
@@ -145,45 +150,64 @@ std::optional<View> Globe::State::viewAhead(const View& view, const CutOptions& 
   return motion.ahead(kAhead_s);
 }
 
-/// The generation to come has all that its view needs, or draws no fewer tiles than what is shown.
-bool Globe::State::isAsGood(const Selection& ofNext, const Selection& ofShown) const {
-  if (ofNext.heldBack > 0) return false;
-  return ofNext.wanted.empty() || (!next->lacksRoots() && ofNext.drawn.size() >= ofShown.drawn.size());
+/// The one before it, if there is one, lets go of what is on its way only after this one has asked for it.
+void Globe::State::beginNext(Clock::time_point now) {
+  if (next) retired.push_back(std::move(next));
+  next = generation();
+  pendingSince = now;
 }
 
-/// Though it has not all that its view needs, the generation to come is better than what is shown.
-bool Globe::State::nextIsDue(Clock::time_point now) const {
-  if (!next || !next->rootsAreDrawable()) return false;
-  return shown->forest.maker().isBare() || (now - pendingSince >= kLongestPending && !next->lacksRoots());
+/// Nothing gets coarser by it; to a planet without any layer all is better.
+bool Globe::State::mayTakeOver(const Selection& ofShown, const CutOptions& options) const {
+  if (!next->rootsAreDrawable()) return false;
+  if (shown->forest.maker().isBare()) return true;
+  return (nextCut->wanted.empty() || !next->lacksRoots()) && isAsFineAs(*nextCut, ofShown, options.tolerance_px);
 }
 
-/// What is drawn, and what is asked for: of the generation to come, if there is one, since the other's days are over.
+/// For a while nothing of the generation to come has been made: it may be that its servers hang.
+bool Globe::State::nextStandsStill(Clock::time_point now) const {
+  return next && now - std::max(pendingSince, next->lastArrival()) >= kLongestPending;
+}
+
+/// First who asks, then who lets go: what both need is not fetched again. What is shown is asked for after what is to
+/// come, whose days come, and only when that stands still.
+void Globe::State::request(const View& view, const CutOptions& options, const Selection& ofShown) {
+  const std::optional<View> soon = viewAhead(view, options);
+  const auto ask = [&](Generation& one, const Selection& selection) {
+    one.ahead.look(soon, options, one.forest);
+    one.loading.request(selection.wanted, one.ahead.wanted(one.forest));
+  };
+  shownGoesOn = !next || nextStandsStill(Clock::now());
+  if (next && shownGoesOn) ask(*shown, ofShown);
+  next ? ask(*next, *nextCut) : ask(*shown, ofShown);
+  if (!shownGoesOn) {
+    shown->ahead.look(std::nullopt, options, shown->forest);
+    shown->loading.pause();
+  }
+  for (const auto& old : retired)
+    old->loading.stop();
+}
+
+/// What is drawn, and what is asked for.
 const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
   CutOptions cutOptions = asked;
   cutOptions.isNested = asked.isNested && roster->groundIsNested();
   const auto now = Clock::now();
-  if (roster->advance(now, shown->rootShares(), next != nullptr)) {
-    if (!next) pendingSince = now;
-    if (next) retired.push_back(std::move(next));
-    next = generation();
-  }
-  const Selection* selection = &shown->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu);
-  nextCut = next ? &next->cut(view, cutOptions, frame.exaggeration, frame.looks, gpu) : nullptr;
-  if (next && next->rootsAreDrawable() && (isAsGood(*nextCut, *selection) || nextIsDue(now))) {
+  if (roster->advance(now, shown->rootShares(), next != nullptr)) beginNext(now);
+  const auto cutThrough = [&](Generation& one) {
+    return &one.cut(view, cutOptions, frame.exaggeration, frame.looks, gpu);
+  };
+  const Selection* selection = cutThrough(*shown);
+  nextCut = next ? cutThrough(*next) : nullptr;
+  if (next && mayTakeOver(*selection, cutOptions)) {
     show(std::move(next));
     selection = std::exchange(nextCut, nullptr);
+  } else if (next && now - pendingSince >= kLongestPending && roster->setAside(next->waitedFor(), now)) {
+    beginNext(now);
+    nextCut = cutThrough(*next);
   }
-  // First who asks, then who lets go: what both need is not fetched again.
-  Generation& asking = next ? *next : *shown;
-  asking.ahead.look(viewAhead(view, cutOptions), cutOptions, asking.forest);
-  asking.loading.request((next ? nextCut : selection)->wanted, asking.ahead.wanted(asking.forest));
-  if (next) {
-    shown->ahead.look(std::nullopt, cutOptions, shown->forest);
-    shown->loading.pause();
-  }
+  request(view, cutOptions, *selection);
   if (!next) roster->rootsAreMade();
-  for (const auto& old : retired)
-    old->loading.stop();
   return *selection;
 }
 
@@ -428,7 +452,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
   State& s = *state_;
   const auto now = Clock::now();
-  if (s.nextIsDue(now) || s.roster->isDue(now)) return true;
+  if ((!s.shownGoesOn && s.nextStandsStill(now)) || s.roster->isDue(now)) return true;
   const bool isComing = s.roster->stepsComing() > 0 || s.renewal->outOfDate() > 0 || !s.shown->loading.isIdle() ||
                         (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
   return isComing && s.bell.wait(timeout);

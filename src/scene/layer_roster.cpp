@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <utility>
 
@@ -18,8 +17,8 @@ constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight 
 constexpr double kUnseenPriority = 1e-12;   ///< after them
 constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
-constexpr std::size_t kMostOpening = 32;           ///< at a time; they do little but wait
-constexpr std::ptrdiff_t kMostOfAServer = 2;       ///< of those, so that one that hangs keeps no other's layers shut
+constexpr std::chrono::seconds kFirstAside{2};
+constexpr std::chrono::seconds kLongestAside{30};
 constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
 
 /// Why a source cannot be a layer of the scene; nothing when it can.
@@ -39,12 +38,6 @@ std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tili
   if (info.tileCells != cells)
     return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info.tileCells, cells));
   return std::nullopt;
-}
-
-/// A URL up to its path; of what is no URL all of it.
-std::string_view serverOf(std::string_view name) {
-  const std::size_t authority = name.find("://");
-  return authority == name.npos ? name : name.substr(0, name.find_first_of("/?#", authority + 3));
 }
 
 bool isMeshable(int cells) {
@@ -68,29 +61,28 @@ struct LayerRoster::Entry {
     ready,     ///< may take part
     failed,    ///< never will
   };
-  /// What the thread that opens it fills in.
-  struct Opened {
-    std::atomic<bool> done{false};
-    io::Result<LayerSource::Pointer> source;
-  };
-
   raster::Kind kind = raster::Kind::elevation;
   LayerSource source;
   std::size_t layer = 0;  ///< of its kind
   State state = State::opening;
-  bool isTold = false;  ///< maker() has it
+  bool isTold = false;   ///< maker() has it
+  bool isShown = false;  ///< what is drawn has it
+  /// While what holds others up is set aside: until then, and the longer the more often it did.
+  std::optional<Clock::time_point> asideUntil;
+  std::chrono::seconds asideFor = kFirstAside;
   std::shared_ptr<LayerTiles> tiles;
   struct Root {
     std::size_t root = 0;
     std::shared_ptr<TileFetch> fetch;
   };
-  std::vector<Root> roots;      ///< on their way, or held until contents are made of them
-  std::uint32_t toldRoots = 0;  ///< of elevation, those that maker() has: GroundLayers::Layer
+  std::vector<Root> roots;       ///< on their way, or held until contents are made of them
+  std::uint32_t toldRoots = 0;   ///< of elevation, those that maker() has: GroundLayers::Layer
+  std::uint32_t shownRoots = 0;  ///< and those that what is drawn has
   /// What imagery shows until its roots are here; null: nothing. Held until all roots are here, in sight or not.
   std::shared_ptr<LayerTiles> overview;
   Clock::time_point rootsAt;  ///< while looking: when roots are asked for whether it has come or not
   std::vector<std::shared_ptr<TileFetch>> overviewRoots;
-  std::shared_ptr<Opened> opened;  ///< while a thread is at it
+  std::shared_ptr<SourceOpeners::Opening> opening;  ///< while a thread is at it
   /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
   struct Steps {
     std::vector<TimedSource> all;
@@ -167,7 +159,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   }
   for (const ImageryLayout& layout : roster->layout_)
     late += layout.series ? 1u : 0u;
-  if (late > 0) roster->opener_ = std::make_unique<io::Executor>(static_cast<int>(std::min(late, kMostOpening)));
+  if (late > 0) roster->openers_ = std::make_unique<SourceOpeners>(late, bell);
   return roster;
 }
 
@@ -210,20 +202,11 @@ LayerRoster::Entry& LayerRoster::add(raster::Kind kind, LayerSource source, std:
   return *all.emplace_back(std::move(entry));
 }
 
-void LayerRoster::open(Entry& entry) {
-  entry.opened = std::make_shared<Entry::Opened>();
-  opener_->submit(0.0, [this, slot = entry.opened, how = entry.source.opening] {
-    slot->source = how();
-    slot->done.store(true, std::memory_order_release);
-    bell_.ring();
-  });
-}
-
-void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares) {
-  const auto slot = std::exchange(entry.opened, nullptr);
-  if (!slot->source) {
-    entry.trouble = slot->source.error();
-    if (slot->source.error().code != io::Failure::Code::ioError) {
+void LayerRoster::takeOpened(Entry& entry, io::Result<LayerSource::Pointer> source, Clock::time_point now,
+                             std::span<const double> rootShares) {
+  if (!source) {
+    entry.trouble = source.error();
+    if (source.error().code != io::Failure::Code::ioError) {
       entry.state = Entry::State::failed;
       ledger_->add({.failure = *std::exchange(entry.trouble, std::nullopt), .tile = {}});
     }
@@ -232,7 +215,7 @@ void LayerRoster::takeOpened(Entry& entry, Clock::time_point now, std::span<cons
     return;
   }
   entry.trouble.reset();
-  entry.source.open = std::move(*slot->source);
+  entry.source.open = std::move(*source);
   auto wrong = misfit(entry.source.open->info(), tiling_, body_, entry.kind, cellsOf(entry));
   if (wrong) {
     entry.state = Entry::State::failed;
@@ -325,7 +308,7 @@ bool LayerRoster::lacksRoots(const Entry& entry) {
 
 /// It may take part, and does not yet or with fewer roots than it could. Roots out of sight count when they are all.
 bool LayerRoster::hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending) {
-  if (entry.state != Entry::State::ready) return false;
+  if (entry.state != Entry::State::ready || entry.asideUntil) return false;
   if (!entry.isTold) return true;
   if (!lacksRoots(entry)) return false;
   const std::uint32_t here = rootsHere(entry);
@@ -341,8 +324,11 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
   for (auto* all : {&elevation_, &imagery_}) {
     for (const auto& entry : *all) {
       if (entry->state == Entry::State::opening) {
-        if (entry->opened && entry->opened->done.load(std::memory_order_acquire)) takeOpened(*entry, now, rootShares);
-        if (mayOpen(*entry, now)) open(*entry);
+        if (auto source = entry->opening ? entry->opening->take() : std::nullopt) {
+          entry->opening.reset();
+          takeOpened(*entry, std::move(*source), now, rootShares);
+        }
+        if (mayOpen(*entry, now)) entry->opening = openers_->open(entry->source);
       }
       if (mayFetchRoots(*entry, now)) fetchRoots(*entry, rootShares);
       if (entry->state == Entry::State::fetching) {
@@ -351,27 +337,65 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
       } else if (lacksRoots(*entry)) {
         hurryRoots(*entry, rootShares);
       }
+      if (entry->asideUntil && (!isPending || now >= *entry->asideUntil)) {
+        entry->asideUntil.reset();
+        changed = true;
+      }
       changed = changed || hasMoreToTell(*entry, rootShares, isPending);
     }
   }
   for (const ImageryLayout& layout : layout_) {
-    if (layout.series) layout.series->advance(now, *opener_, *ledger_);
+    if (layout.series) layout.series->advance(now, *openers_, *ledger_);
   }
   return changed;
 }
 
+/// What is drawn lacks it, or roots of it, and maker() has it.
+bool LayerRoster::joins(const Entry& entry) {
+  return entry.isTold && (!entry.isShown || entry.toldRoots != entry.shownRoots);
+}
+
+bool LayerRoster::isOf(const Entry& entry, const LayerTiles* tiles) const {
+  if (entry.tiles || entry.kind == raster::Kind::elevation) return entry.tiles.get() == tiles;
+  const auto& series = layout_[entry.layer].series;
+  return series && series->current()->now().tiles.get() == tiles;
+}
+
+bool LayerRoster::setAside(std::span<const LayerTiles* const> waitedFor, Clock::time_point now) {
+  std::size_t joining = 0;
+  std::vector<Entry*> late;
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      if (!joins(*entry)) continue;
+      ++joining;
+      if (std::ranges::any_of(waitedFor, [&](const LayerTiles* tiles) { return isOf(*entry, tiles); }))
+        late.push_back(entry.get());
+    }
+  }
+  if (late.empty() || late.size() == joining) return false;
+  for (Entry* entry : late) {
+    entry->isTold = entry->isShown;
+    entry->toldRoots = entry->shownRoots;
+    entry->asideUntil = now + entry->asideFor;
+    entry->asideFor = std::min(2 * entry->asideFor, kLongestAside);
+  }
+  return true;
+}
+
+void LayerRoster::isShown() {
+  for (auto* all : {&elevation_, &imagery_}) {
+    for (const auto& entry : *all) {
+      entry->isShown = entry->isTold;
+      entry->shownRoots = entry->toldRoots;
+      if (entry->asideUntil) entry->asideUntil = Clock::time_point();
+    }
+  }
+}
+
 /// It is to be opened, or opened again, and would not keep a thread waiting for what others open or wait for already.
 bool LayerRoster::mayOpen(const Entry& entry, Clock::time_point now) const {
-  if (entry.state != Entry::State::opening || entry.opened || now < entry.retryAt) return false;
-  if (entry.source.waitsFor) return entry.source.waitsFor().empty();
-  const std::string_view server = serverOf(entry.source.name);
-  std::ptrdiff_t waiting = 0;
-  for (const auto* all : {&elevation_, &imagery_}) {
-    waiting += std::ranges::count_if(*all, [&](const auto& other) {
-      return other->opened && !other->source.waitsFor && serverOf(other->source.name) == server;
-    });
-  }
-  return waiting < kMostOfAServer;
+  return entry.state == Entry::State::opening && !entry.opening && now >= entry.retryAt &&
+         openers_->mayOpen(entry.source);
 }
 
 bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
@@ -379,11 +403,14 @@ bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
 }
 
 bool LayerRoster::isDue(Clock::time_point now) const {
-  const auto isDueNow = [&](const auto& entry) { return mayOpen(*entry, now) || mayFetchRoots(*entry, now); };
+  const auto isDueNow = [&](const auto& entry) {
+    return mayOpen(*entry, now) || mayFetchRoots(*entry, now) || (entry->asideUntil && now >= *entry->asideUntil);
+  };
   return std::any_of(elevation_.begin(), elevation_.end(), isDueNow) ||
          std::any_of(imagery_.begin(), imagery_.end(), isDueNow) ||
-         std::any_of(layout_.begin(), layout_.end(),
-                     [&](const ImageryLayout& layout) { return layout.series && layout.series->isDue(now); });
+         std::any_of(layout_.begin(), layout_.end(), [&](const ImageryLayout& layout) {
+           return layout.series && layout.series->isDue(now, *openers_);
+         });
 }
 
 void LayerRoster::setClock(double time_s, bool forwards) {
@@ -430,14 +457,16 @@ ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
     layer.nightLights = layout.nightLights;
   }
   for (const auto& entry : elevation_) {
-    entry->isTold = entry->state == Entry::State::ready;
+    if (!entry->asideUntil) {
+      entry->isTold = entry->state == Entry::State::ready;
+      entry->toldRoots = entry->isTold ? rootsHere(*entry) : 0;
+    }
     if (!entry->isTold) continue;
-    entry->toldRoots = rootsHere(*entry);
     ground.emplace_back(entry->tiles, entry->source.seam_m, entry->toldRoots);
   }
   std::vector<bool> isReplaced(layout_.size());
   for (const auto& entry : imagery_) {
-    entry->isTold = entry->state == Entry::State::ready;
+    if (!entry->asideUntil) entry->isTold = entry->state == Entry::State::ready;
     if (entry->isTold && entry->source.replacesOthers) isReplaced[entry->layer] = true;
   }
   for (const auto& entry : imagery_) {

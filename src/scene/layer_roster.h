@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "io/executor.h"
 #include "scene/globe_layers.h"
 #include "scene/layer_series.h"
 #include "scene/scene_file.h"
+#include "scene/source_openers.h"
 #include "scene/tile_content.h"
 #include "scene/tile_fetching.h"
 
@@ -40,6 +40,12 @@ class LayerRoster {
   bool advance(Clock::time_point now, std::span<const double> rootShares, bool isPending);
   /// A source that failed is to be opened again: advance() has something to do.
   bool isDue(Clock::time_point now) const;
+  /// What maker() made the last time waits for data of these: layers of it that are not shown yet are left out for a
+  /// while, those that are shown with fewer roots go back to them. False: no layer would join without them, so nothing
+  /// was done; else maker() is to be asked again.
+  bool setAside(std::span<const LayerTiles* const> waitedFor, Clock::time_point now);
+  /// What maker() made the last time is drawn from now on.
+  void isShown();
   /// What makes contents of all layers that may take part now; the others are left out.
   ContentMaker maker(bool regularMesh, bool compressTextures);
   /// Of all elevation that maker() told: samples of parents are samples of their children.
@@ -71,8 +77,8 @@ class LayerRoster {
   std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
   void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;
-  void open(Entry& entry);
-  void takeOpened(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
+  void takeOpened(Entry& entry, io::Result<LayerSource::Pointer> source, Clock::time_point now,
+                  std::span<const double> rootShares);
   bool mayOpen(const Entry& entry, Clock::time_point now) const;
   void begin(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
   static bool mayFetchRoots(const Entry& entry, Clock::time_point now);
@@ -87,6 +93,8 @@ class LayerRoster {
   static bool lacksRoots(const Entry& entry);
   static bool hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending);
   static bool isComing(const Entry& entry);
+  static bool joins(const Entry& entry);
+  bool isOf(const Entry& entry, const LayerTiles* tiles) const;
 
   tiling::Tiling tiling_;
   geo::Body body_;
@@ -105,7 +113,7 @@ class LayerRoster {
   std::vector<ImageryLayout> layout_;  ///< an imagery layer each
   std::vector<std::unique_ptr<Entry>> elevation_;
   std::vector<std::unique_ptr<Entry>> imagery_;  ///< a data set each, those of a layer next to each other
-  std::unique_ptr<io::Executor> opener_;         ///< last: its threads ring the bell and fill entries
+  std::unique_ptr<SourceOpeners> openers_;       ///< null: all sources are open from the start
 };
 
 }  // namespace tellurion::scene

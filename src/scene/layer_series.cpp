@@ -1,7 +1,6 @@
 #include "scene/layer_series.h"
 
 #include <algorithm>
-#include <atomic>
 #include <utility>
 
 namespace tellurion::scene {
@@ -10,12 +9,6 @@ namespace {
 constexpr std::chrono::seconds kLongestRetry{30};
 
 }  // namespace
-
-/// What the thread that opens a step fills in.
-struct LayerSeries::Opened {
-  std::atomic<bool> done{false};
-  io::Result<LayerSource::Pointer> source;
-};
 
 std::size_t stepAt(const std::vector<TimedSource>& steps, double time_s) {
   const auto later = std::upper_bound(steps.begin(), steps.end(), time_s,
@@ -38,23 +31,19 @@ std::optional<std::size_t> LayerSeries::after() const {
   return wanted_ > 0 ? std::optional(wanted_ - 1) : std::nullopt;
 }
 
-void LayerSeries::open(std::size_t index, Step& step, Clock::time_point now, io::Executor& opener, LoadLedger& ledger) {
-  if (step.opened && step.opened->done.load(std::memory_order_acquire)) {
-    const auto slot = std::exchange(step.opened, nullptr);
-    take(step, std::move(slot->source), now, ledger);
+void LayerSeries::open(std::size_t index, Step& step, Clock::time_point now, SourceOpeners& openers,
+                       LoadLedger& ledger) {
+  if (auto source = step.opening ? step.opening->take() : std::nullopt) {
+    step.opening.reset();
+    take(step, std::move(*source), now, ledger);
   }
-  if (step.tiles || step.failed || step.opened || now < step.retryAt) return;
+  if (step.tiles || step.failed || step.opening || now < step.retryAt) return;
   const LayerSource& source = sources_[index].source;
   if (source.open) {
     take(step, source.open, now, ledger);
-    return;
+  } else if (openers.mayOpen(source)) {
+    step.opening = openers.open(source);
   }
-  step.opened = std::make_shared<Opened>();
-  opener.submit(0.0, [slot = step.opened, how = source.opening, &bell = bell_] {
-    slot->source = how();
-    slot->done.store(true, std::memory_order_release);
-    bell.ring();
-  });
 }
 
 void LayerSeries::take(Step& step, io::Result<LayerSource::Pointer> source, Clock::time_point now, LoadLedger& ledger) {
@@ -72,26 +61,28 @@ void LayerSeries::take(Step& step, io::Result<LayerSource::Pointer> source, Cloc
   }
 }
 
-void LayerSeries::advance(Clock::time_point now, io::Executor& opener, LoadLedger& ledger) {
+void LayerSeries::advance(Clock::time_point now, SourceOpeners& openers, LoadLedger& ledger) {
   if (!current_->now().tiles) return;  // it has not joined
   if (wanted_ != shown_) {
     Step& step = steps_[wanted_];
-    open(wanted_, step, now, opener, ledger);
+    open(wanted_, step, now, openers, ledger);
     if (step.tiles) {
       current_->set(step.tiles);
       shown_ = wanted_;
       setClock(sources_[wanted_].time_s, forwards_);
     }
   }
-  if (const auto next = after(); next && wanted_ == shown_) open(*next, steps_[*next], now, opener, ledger);
+  if (const auto next = after(); next && wanted_ == shown_) open(*next, steps_[*next], now, openers, ledger);
 }
 
-bool LayerSeries::isDue(Clock::time_point now) const {
+bool LayerSeries::isDue(Clock::time_point now, const SourceOpeners& openers) const {
   const auto index = wanted_ != shown_ ? std::optional(wanted_) : after();
   const auto found = index ? steps_.find(*index) : steps_.end();
   if (found == steps_.end()) return false;
   const Step& step = found->second;
-  return !step.tiles && !step.failed && !step.opened && now >= step.retryAt;
+  const bool isOpened = step.tiles || step.failed || step.opening;
+  const LayerSource& source = sources_[found->first].source;
+  return !isOpened && now >= step.retryAt && (source.open || openers.mayOpen(source));
 }
 
 std::shared_ptr<LayerTiles> LayerSeries::upcoming() const {

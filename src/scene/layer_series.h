@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "io/executor.h"
 #include "scene/current_step.h"
 #include "scene/doorbell.h"
 #include "scene/globe_layers.h"
+#include "scene/source_openers.h"
 
 namespace tellurion::scene {
 
@@ -31,10 +31,10 @@ class LayerSeries {
   void join(std::shared_ptr<LayerTiles> tiles) { current_->set(std::move(tiles)); }
   /// forwards: which way the clock goes.
   void setClock(double time_s, bool forwards);
-  /// Takes in what was opened, and opens what is wanted; opener: for what cannot be opened at once.
-  void advance(Clock::time_point now, io::Executor& opener, LoadLedger& ledger);
+  /// Takes in what was opened, and opens what is wanted; openers: for what cannot be opened at once.
+  void advance(Clock::time_point now, SourceOpeners& openers, LoadLedger& ledger);
   /// advance() has something to do that nothing rings the bell for.
-  bool isDue(Clock::time_point now) const;
+  bool isDue(Clock::time_point now, const SourceOpeners& openers) const;
 
   const std::shared_ptr<CurrentStep>& current() const { return current_; }
   /// Of the step to come, once it is open; null: none.
@@ -44,16 +44,15 @@ class LayerSeries {
   std::uint64_t bytes() const;  ///< of decoded tiles
 
  private:
-  struct Opened;
   struct Step {
     std::shared_ptr<LayerTiles> tiles;
-    std::shared_ptr<Opened> opened;  ///< while a thread is at it
-    bool failed = false;             ///< never will be
+    std::shared_ptr<SourceOpeners::Opening> opening;  ///< while a thread is at it
+    bool failed = false;                              ///< never will be
     Clock::time_point retryAt;
     std::chrono::seconds retryIn{1};
   };
   std::optional<std::size_t> after() const;
-  void open(std::size_t index, Step& step, Clock::time_point now, io::Executor& opener, LoadLedger& ledger);
+  void open(std::size_t index, Step& step, Clock::time_point now, SourceOpeners& openers, LoadLedger& ledger);
   void take(Step& step, io::Result<LayerSource::Pointer> source, Clock::time_point now, LoadLedger& ledger);
 
   std::vector<TimedSource> sources_;

@@ -1,0 +1,143 @@
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "geo/seed_test.h"
+#include "scene/late_globe_test.h"
+
+namespace tellurion::scene {
+namespace {
+
+using namespace std::chrono_literals;
+using tiling::Scheme;
+using tiling::TileId;
+
+/// For so long a server holds up what joins: long enough for whoever gives up waiting to have done so.
+constexpr auto kLong = 1200ms;
+
+/// The level of what is drawn at each place; -1: nothing.
+std::vector<int> levelsAt(const Frame& frame, const tiling::Tiling& tiling, const std::vector<geo::Direction>& places) {
+  std::set<TileId> drawn;
+  for (const DrawnTile& tile : frame.tiles)
+    drawn.insert(tile.id);
+  std::vector<int> out;
+  for (const geo::Direction& d : places) {
+    const TileId deepest = tiling.tileAt(d, 20);
+    int level = 20;
+    while (level >= 0 && drawn.count(deepest.ancestor(level)) == 0)
+      --level;
+    out.push_back(level);
+  }
+  return out;
+}
+
+std::size_t coarserPlaces(const std::vector<int>& now, const std::vector<int>& before) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < now.size(); ++i)
+    count += now[i] < before[i] ? 1u : 0u;
+  return count;
+}
+
+/// Of this machine, all that the view needs here; the frame is not complete for layers that are not here yet.
+const Frame& settled(Globe& globe, const View& view) {
+  const auto end = std::chrono::steady_clock::now() + 20s;
+  const Frame* frame = &globe.update(view);
+  while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20) && std::chrono::steady_clock::now() < end) {
+    globe.waitForArrivals(10ms);
+    frame = &globe.update(view);
+  }
+  EXPECT_EQ(frame->statistics.tilesWanted, 0);
+  return *frame;
+}
+
+class JoiningLayers : public testing::TestWithParam<Scheme> {
+ protected:
+  const tiling::Tiling tiling{GetParam()};
+  const std::shared_ptr<ProceduralSource> planet =
+      std::make_shared<ProceduralSource>(raster::Kind::elevation, GetParam(), 6);
+};
+INSTANTIATE_TEST_SUITE_P(All, JoiningLayers, testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
+                         [](const auto& scheme) { return std::string(tiling::nameOf(scheme.param)); });
+
+/// Its coarsest tiles come, and then for long nothing or a tile now and then.
+TEST_P(JoiningLayers, nothingGetsCoarserHoweverSlowlyALayerComes) {
+  const View view = hillsView();
+  const auto places = placesIn(view);
+  auto random = geo::seededGenerator();
+  Remote colours(raster::Kind::imagery, GetParam());
+  Remote ground(raster::Kind::elevation, GetParam(), 7);
+  const auto globe = globeOf(
+      {.elevation = {planet, ground.source}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  std::vector<int> levels = levelsAt(settled(*globe, view), tiling, places);
+  for (const auto& server : {colours.server, ground.server})
+    server->serve(tiling.rootCount());
+  const auto start = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() < start + 2 * kLong) {
+    const bool hangs = std::chrono::steady_clock::now() < start + kLong;
+    if (!hangs && geo::uniform(random, 0, 1) < 0.1) colours.server->serve(1);
+    if (!hangs && geo::uniform(random, 0, 1) < 0.1) ground.server->serve(1);
+    const auto now = levelsAt(globe->update(view), tiling, places);
+    ASSERT_EQ(coarserPlaces(now, levels), 0u) << "hangs: " << hangs;
+    levels = now;
+    globe->waitForArrivals(5ms);
+  }
+  const auto late = pictureOf(completed(*globe, view, {colours.server, ground.server}));
+  expectAskedOnce(*colours.server);
+  expectAskedOnce(*ground.server);
+  const auto local = globeOf(
+      {.elevation = {planet, ground.planet}, .imagery = {{.source = colours.planet}}, .resources = {}}, GetParam());
+  EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+}
+
+/// The eye goes on, and sees what is there without the layer as fine as ever.
+TEST_P(JoiningLayers, whatIsShownGoesOnBecomingFinerWhileALayerHangs) {
+  const View there = viewFrom(44.0, 11.0, 60e3, 20, -35, kViewport);
+  Remote colours(raster::Kind::imagery, GetParam());
+  const auto globe =
+      globeOf({.elevation = {planet}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  settled(*globe, hillsView());
+  const auto places = placesIn(there);
+  const auto local = globeOf({.elevation = {planet}, .imagery = {}, .resources = {}}, GetParam());
+  const auto asked = levelsAt(completed(*local, there, {}), tiling, places);
+  ASSERT_NE(levelsAt(globe->update(there), tiling, places), asked) << "there is something to load";
+  ASSERT_TRUE(comesTrue(*globe, hillsView(), [&](const Frame&) { return colours.server->waiting() > 0; }));
+  colours.server->serve(tiling.rootCount());
+  EXPECT_TRUE(comesTrue(*globe, there, [&](const Frame& frame) {
+    return levelsAt(frame, tiling, places) == asked && !showsPictures(frame);
+  }));
+  completed(*globe, there, {colours.server});
+}
+
+/// Whichever of them hangs, the other shows as fine as it is, and what hung is there once its server is well.
+TEST_P(JoiningLayers, oneThatHangsKeepsNoOtherOut) {
+  const View view = hillsView();
+  const auto places = placesIn(view);
+  for (const bool lowerHangs : {false, true}) {
+    Remote lower(raster::Kind::imagery, GetParam());
+    Remote upper(raster::Kind::imagery, GetParam(), 5);
+    const auto globe = globeOf(
+        {.elevation = {planet}, .imagery = {{.source = lower.source}, {.source = upper.source}}, .resources = {}},
+        GetParam());
+    const auto levels = levelsAt(settled(*globe, view), tiling, places);
+    Remote& hanging = lowerHangs ? lower : upper;
+    Remote& well = lowerHangs ? upper : lower;
+    hanging.server->serve(tiling.rootCount());
+    std::size_t coarser = 0;
+    const auto showsTheOther = [&](const Frame& frame) {
+      well.server->serve(1000);
+      coarser += coarserPlaces(levelsAt(frame, tiling, places), levels);
+      return std::ranges::all_of(frame.tiles, [](const DrawnTile& tile) { return tile.pictureCount == 1; });
+    };
+    EXPECT_TRUE(comesTrue(*globe, view, showsTheOther)) << "lower hangs: " << lowerHangs;
+    EXPECT_EQ(coarser, 0u);
+    EXPECT_FALSE(globe->lateLayers().empty());
+    const auto late = pictureOf(completed(*globe, view, {lower.server, upper.server}));
+    const auto local = globeOf(
+        {.elevation = {planet}, .imagery = {{.source = lower.planet}, {.source = upper.planet}}, .resources = {}},
+        GetParam());
+    EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
+  }
+}
+
+}  // namespace
+}  // namespace tellurion::scene
