@@ -5,6 +5,7 @@
 
 #include "app/progress.h"
 #include "app/subcommands.h"
+#include "pyramid/bounded_heights.h"
 #include "pyramid/fill_plan.h"
 #include "pyramid/pyramid_builder.h"
 #include "scene/scene_file.h"
@@ -25,6 +26,9 @@ struct Arguments {
   std::optional<int> maxLevel;
   std::optional<double> nodata;
   std::optional<double> fillVoids_m;
+  std::optional<double> maxError_m;
+  std::string verticalDatum;
+  pyramid::CleaningOptions cleaning;
   int jobs = 0;
   bool append = false;
 };
@@ -59,6 +63,9 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   options.maxLevel = arguments.maxLevel;
   options.nodata = arguments.nodata;
   options.fillVoids_m = arguments.fillVoids_m;
+  options.maxError_m = arguments.maxError_m;
+  options.verticalDatum = arguments.verticalDatum;
+  options.cleaning = arguments.cleaning;
   options.jobs = arguments.jobs;
   options.append = arguments.append;
   return options;
@@ -89,6 +96,27 @@ void run(const Arguments& arguments) {
   line.clear();
   if (!built) end(kFailed, io::describe(built.error()));
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+
+}  // namespace
+
+namespace {
+
+void addCleaning(CLI::App& command, pyramid::CleaningOptions& cleaning) {
+  command.add_flag("--match-colours", cleaning.matchColours,
+                   "Imagery: move each input's colours to those of the inputs over it, by what they share, so that a "
+                   "hole filled from below does not show");
+  command
+      .add_option("--feather", cleaning.feather_m,
+                  "Imagery: over how many metres an input fades into what is below it, at its border and its holes")
+      ->check(CLI::Range(0.0, 1e7));
+  command
+      .add_option("--cut", cleaning.cutAt,
+                  "Imagery: cut all inputs but the first at the polygons of a vector file (a coastline); outside they "
+                  "fade over --feather. May be given several times")
+      ->allow_extra_args(false);
+  command.add_flag("--clouds", cleaning.clouds,
+                   "Imagery: where an input is cloudy, by comparison with the inputs below it, show those");
 }
 
 }  // namespace
@@ -124,6 +152,18 @@ void addBuild(CLI::App& program) {
           "Elevation: over how many metres at most finer data moves the coarser around it to meet it; 0: not at "
           "all. Left out: as far as the inputs ask for, or as the database was built")
       ->check(CLI::Range(0.0, pyramid::kFillWithoutLimit_m));
+  command
+      ->add_option("--max-error", arguments->maxError_m,
+                   "Elevation: no stored height is off what the inputs say by more metres than this; the files become "
+                   "much smaller. Left out: as exact as the inputs are stored, or as the database was built")
+      ->check(CLI::Range(1e-6, pyramid::kMostMaxError_m));
+  command->add_option(
+      "--vertical-datum", arguments->verticalDatum,
+      "Elevation: what the inputs' heights are above: egm96, egm2008, EPSG:CODE of a vertical reference (their grids "
+      "are "
+      "PROJ's), or a file with the geoid's heights in metres (.gtx, .tif, ...). They are stored above the ellipsoid. "
+      "Left out: as they are");
+  addCleaning(*command, arguments->cleaning);
   command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   command->footer(
       "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "

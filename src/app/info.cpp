@@ -36,6 +36,7 @@ nlohmann::ordered_json jsonOf(const raster::TileSourceInfo& info, const pyramid:
   json["max_level"] = info.maxLevel;
   json["height_step_m"] = summary.heightStep_m;
   if (info.kind == raster::Kind::elevation) json["fill_voids_m"] = summary.fillVoids_m;
+  if (info.kind == raster::Kind::elevation) json["max_error_m"] = summary.maxError_m;
   json["bounds"] = {{"south", info.bounds.south.degrees()},
                     {"west", info.bounds.west.degrees()},
                     {"north", info.bounds.north.degrees()},
@@ -61,9 +62,10 @@ std::string textOf(const raster::TileSourceInfo& info, const pyramid::PyramidSum
   fmt::format_to(out, "bounds     latitude {:.6g} to {:.6g}, longitude {:.6g} to {:.6g}\n", info.bounds.south.degrees(),
                  info.bounds.north.degrees(), info.bounds.west.degrees(), info.bounds.east().degrees());
   if (info.kind == raster::Kind::elevation) {
-    fmt::format_to(out, "tiles      {} cells a side, heights {}\n", info.tileCells,
+    fmt::format_to(out, "tiles      {} cells a side, heights {}{}\n", info.tileCells,
                    summary.heightStep_m == 0.0 ? "in 32-bit floating point"
-                                               : fmt::format("in steps of {:.6g} m", summary.heightStep_m));
+                                               : fmt::format("in steps of {:.6g} m", summary.heightStep_m),
+                   summary.maxError_m == 0.0 ? "" : fmt::format(", off by at most {:g} m", summary.maxError_m));
     fmt::format_to(out, "voids      {}\n", filled(summary.fillVoids_m));
   } else {
     fmt::format_to(out, "tiles      {} pixels a side\n", info.tileCells);

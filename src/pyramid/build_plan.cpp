@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pyramid/bounded_heights.h"
 #include "pyramid/database_file.h"
 #include "raster/live_tiles.h"
+#include "raster/vertical_datum.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -39,14 +41,47 @@ std::string signatureOfFile(const std::string& path) {
   return fmt::format("{}|{}|{}", absolute.string(), size, time);
 }
 
+std::string keyOfCleaning(const CleaningOptions& cleaning) {
+  if (!cleaning.asksForAnything()) return {};
+  std::string text = fmt::format("|clean {} {:a} {}", cleaning.matchColours, cleaning.feather_m, cleaning.clouds);
+  for (const std::string& file : cleaning.cutAt)
+    text += " " + signatureOfFile(file);
+  return text;
+}
+
 std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs) {
   std::string text =
       fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, formatVersionOf(meta.scheme), options.append,
                   nameOf(meta.kind), tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
                   meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
   if (meta.kind == raster::Kind::elevation) text += fmt::format("|fill {:a}", meta.fillVoids_m);
+  if (meta.maxError_m > 0.0) text += fmt::format("|error {:a}", meta.maxError_m);
+  text += keyOfCleaning(options.cleaning);
+  if (!options.verticalDatum.empty()) text += "|datum " + options.verticalDatum;
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
   return digestOf(text + inputs);
+}
+
+constexpr double kMostFeather_m = 1e7;
+
+io::Result<void> checkCleaning(const BuildOptions& options) {
+  const CleaningOptions& cleaning = options.cleaning;
+  if (!(cleaning.feather_m >= 0.0 && cleaning.feather_m <= kMostFeather_m)) {
+    return io::fail(Code::invalidArgument,
+                    fmt::format("seams are feathered over 0 to {:g} m, not {}", kMostFeather_m, cleaning.feather_m));
+  }
+  if (!cleaning.asksForAnything()) return {};
+  if (options.kind == raster::Kind::elevation) {
+    return io::fail(Code::invalidArgument,
+                    "only imagery is cleaned: leave --match-colours, --feather, --cut and --clouds out");
+  }
+  if (!cleaning.matchColours && !cleaning.clouds) return {};
+  if (options.append || options.inputs.size() < 2) {
+    return io::fail(Code::invalidArgument,
+                    "--match-colours and --clouds compare inputs of one build with each other: name at least two, the "
+                    "clear or filling one first, without --append");
+  }
+  return {};
 }
 
 io::Result<void> checkOptions(const BuildOptions& options) {
@@ -62,6 +97,17 @@ io::Result<void> checkOptions(const BuildOptions& options) {
   if (options.fillVoids_m && options.kind == raster::Kind::imagery) {
     return io::fail(Code::invalidArgument, "only elevation has voids to fill: leave --fill-voids out");
   }
+  if (options.maxError_m && !(*options.maxError_m > 0.0 && *options.maxError_m <= kMostMaxError_m)) {
+    return io::fail(Code::invalidArgument, fmt::format("heights may be off by more than 0 and at most {:g} m, not {}",
+                                                       kMostMaxError_m, *options.maxError_m));
+  }
+  if (options.maxError_m && options.kind == raster::Kind::imagery) {
+    return io::fail(Code::invalidArgument, "only elevation has heights that may be off: leave --max-error out");
+  }
+  if (!options.verticalDatum.empty() && options.kind == raster::Kind::imagery) {
+    return io::fail(Code::invalidArgument, "only elevation has a vertical datum: leave --vertical-datum out");
+  }
+  if (auto ok = checkCleaning(options); !ok) return ok;
   if (options.jobs < 0) return io::fail(Code::invalidArgument, "the number of jobs must not be negative");
   return {};
 }
@@ -84,6 +130,18 @@ io::Result<void> checkBase(const BuildOptions& options, const DatabaseMeta& base
                     base.fillVoids_m),
         where);
   }
+  if (options.maxError_m && *options.maxError_m != base.maxError_m) {
+    return io::fail(
+        Code::invalidArgument,
+        base.maxError_m > 0.0
+            ? fmt::format(
+                  "was built with --max-error {:g}, and what is appended is stored alike: leave the option out, "
+                  "or build the database again with the other one",
+                  base.maxError_m)
+            : "was built without --max-error, and what is appended is stored alike: leave the option out, or build the "
+              "database again with it",
+        where);
+  }
   return {};
 }
 
@@ -102,12 +160,14 @@ PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta,
                      .depth = raster::levelOfSpacing(tiling, meta.tileCells, info.finestSpacing),
                      .footprint = {},
                      .bounds = info.bounds,
+                     .spacing = info.finestSpacing,
                      .files = info.files,
                      .signature = {}};
   input.signature = signatureOf(input);
   if (options.maxLevel && *options.maxLevel < input.depth) {
     input.depth = *options.maxLevel;
     input.footprint = tiling.metrics(input.depth).meanEdge / meta.tileCells;
+    input.spacing = std::max(input.spacing, input.footprint);
   }
   return input;
 }
@@ -132,15 +192,27 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
     plan.meta.bounds = plan.meta.bounds.united(info.bounds);
   }
   const bool stepIsKnown = !isFirst && options.kind == raster::Kind::elevation;
-  plan.meta.heightStep_m = options.kind == raster::Kind::imagery
-                               ? 0.0
-                               : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
-                                           heightStepFor(info.heightQuantum_m));
+  const auto boundedStep = options.kind == raster::Kind::elevation ? stepForError(plan.meta.maxError_m, plan.meta.body)
+                                                                   : std::optional<double>(0.0);
+  plan.meta.heightStep_m = boundedStep ? *boundedStep
+                                       : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
+                                                   heightStepFor(info.heightQuantum_m));
   plan.meta.sources.push_back(storedName(info.path));
   plan.inputs.push_back(plannedInput(options, plan.meta, info));
   plan.deepestLevel = std::max(plan.deepestLevel, plan.inputs.back().depth);
   for (const std::string& warning : info.warnings)
     plan.warnings.push_back(info.path + ": " + warning);
+  return {};
+}
+
+/// Whether the vertical datum can be had for an input; its grids become files that the input is read from.
+io::Result<void> addVerticalDatum(const raster::RasterInfo& info, BuildPlan& plan) {
+  if (plan.verticalDatum.empty()) return {};
+  const auto datum = raster::VerticalDatum::open(plan.verticalDatum, info.body, info.bounds);
+  if (!datum) return tl::unexpected(datum.error());
+  PlannedInput& input = plan.inputs.back();
+  input.files.insert(input.files.end(), datum->files().begin(), datum->files().end());
+  input.signature = signatureOf(input);
   return {};
 }
 
@@ -172,6 +244,8 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   if (auto ok = checkOptions(options); !ok) return tl::unexpected(ok.error());
   BuildPlan plan;
   plan.rasterOptions = {.nodata = options.nodata, .body = options.body, .cacheBytes = 0};
+  plan.verticalDatum = options.verticalDatum;
+  plan.cleaning = options.cleaning;
   if (base) {
     if (auto ok = checkBase(options, *base); !ok) return tl::unexpected(ok.error());
     plan.meta = *base;
@@ -183,6 +257,7 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
     plan.meta.scheme = options.scheme;
     if (options.kind == raster::Kind::elevation)
       plan.meta.fillVoids_m = options.fillVoids_m.value_or(kFillWithoutLimit_m);
+    plan.meta.maxError_m = options.maxError_m.value_or(0.0);
     plan.meta.tileCells = options.kind == raster::Kind::elevation ? raster::kElevationCells : raster::kImageryPixels;
   }
   std::string signatures;
@@ -192,6 +267,7 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
     if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
     if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
+    if (auto ok = addVerticalDatum(file->info(), plan); !ok) return tl::unexpected(ok.error());
     signatures += "\n" + plan.inputs.back().signature;
   }
   plan.meta.maxLevel = plan.deepestLevel;

@@ -15,6 +15,8 @@ namespace tellurion::pyramid {
 /// Part of every key: raised when the same inputs would give other bytes.
 inline constexpr int kBuilderVersion = 1;
 
+class ImageryCleaning;
+
 struct PlannedInput {
   std::string path;
   /// The smallest level whose largest sample spacing does not exceed the input's finest, no deeper than asked for.
@@ -23,6 +25,7 @@ struct PlannedInput {
   /// one.
   geo::Angle footprint;
   geo::GeoRect bounds;
+  geo::Angle spacing;              ///< the finest that is made use of
   std::vector<std::string> files;  ///< all that it is read from
   std::string signature;           ///< signatureOf() when it was planned
 };
@@ -33,6 +36,9 @@ std::string signatureOf(const PlannedInput& input);
 /// All that is decided before the first tile is made. Immutable: worker threads share it.
 struct BuildPlan {
   raster::RasterOptions rasterOptions;
+  std::string verticalDatum;  ///< of all inputs; empty: their heights are taken as they are
+  CleaningOptions cleaning;
+  std::shared_ptr<const ImageryCleaning> cleaned;  ///< what they come to: made before the first tile; null: nothing
   std::vector<PlannedInput> inputs;
   DatabaseMeta meta;  ///< of the database when it is finished, but for its deepest level and `complete`
   int deepestLevel = 0;

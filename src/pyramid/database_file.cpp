@@ -54,6 +54,10 @@ std::string fillNamed(const DatabaseMeta& meta) {
   return fmt::format(" --fill-voids {}", meta.fillVoids_m);
 }
 
+std::string maxErrorNamed(const DatabaseMeta& meta) {
+  return meta.maxError_m > 0.0 ? fmt::format(" --max-error {}", meta.maxError_m) : std::string();
+}
+
 }  // namespace
 
 io::Result<void> checkDatabaseFile(const fs::path& path) {
@@ -110,7 +114,7 @@ std::string commandToGoOn(const TileDatabase& part) {
   const bool appends = below > 0 && below < meta.sources.size();
   return fmt::format("tellurion build {}{} --kind {} --tiling {}{}{}", shellWord(output),
                      inputsNamed(meta.sources, appends ? below : 0), raster::nameOf(meta.kind),
-                     tiling::nameOf(meta.scheme), bodyNamed(meta.body), appends ? " --append" : fillNamed(meta));
+                     tiling::nameOf(meta.scheme), bodyNamed(meta.body), appends ? " --append" : fillNamed(meta) + maxErrorNamed(meta));
 }
 
 io::Failure unfinished(const TileDatabase& database) {

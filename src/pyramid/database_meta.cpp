@@ -7,6 +7,7 @@
 #include <map>
 #include <string_view>
 
+#include "pyramid/bounded_heights.h"
 #include "pyramid/fill_plan.h"
 
 namespace tellurion::pyramid {
@@ -131,6 +132,14 @@ io::Result<void> parseFill(const MetaTable& table, DatabaseMeta& meta) {
   return {};
 }
 
+io::Result<void> parseMaxError(const MetaTable& table, DatabaseMeta& meta) {
+  if (!table.numbers.contains("max_error_m")) return {};
+  const auto error = table.number("max_error_m", 0.0, kMostMaxError_m);
+  if (!error) return tl::unexpected(error.error());
+  meta.maxError_m = *error;
+  return {};
+}
+
 /// Stops at the first failure and keeps it.
 class MetaWriter {
  public:
@@ -178,6 +187,7 @@ io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   if (auto ok = parseShape(*table, meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = parsePlace(*table, meta); !ok) return tl::unexpected(ok.error());
   if (auto ok = parseFill(*table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parseMaxError(*table, meta); !ok) return tl::unexpected(ok.error());
   const auto complete = table->number("complete", 0, 1);
   const auto buildKey = table->text("build_key");
   const auto requestKey = table->text("request_key");
@@ -210,6 +220,7 @@ io::Result<void> writeMeta(const io::SqliteConnection& connection, const Databas
   if (meta.kind == raster::Kind::elevation) {
     writer.put("fill_voids_m", meta.fillVoids_m);
     writer.put("fill_from_level", std::int64_t{meta.fillFromLevel});
+    if (meta.maxError_m > 0.0) writer.put("max_error_m", meta.maxError_m);
   }
   writer.put("complete", std::int64_t{meta.complete ? 1 : 0});
   writer.put("build_key", std::string_view(meta.buildKey));

@@ -25,6 +25,7 @@ struct DatabaseMeta {
   double heightStep_m = 0.0;
   double fillVoids_m = 0.0;  ///< elevation: the limit that voids were filled with (fill_plan.h); 0: they were not
   int fillFromLevel = 0;     ///< elevation: of the coarsest input
+  double maxError_m = 0.0;   ///< elevation: how far stored heights may be off what the inputs say; 0: not asked for
   bool complete = false;
   std::string buildKey;    ///< what this file was, or is being, built from; two equal keys: two equal files
   std::string requestKey;  ///< the last request alone, whatever was in the file before it

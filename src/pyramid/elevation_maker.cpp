@@ -16,7 +16,7 @@ using raster::kGutter;
 using raster::kNoData;
 using raster::Raster;
 
-/// To the nearest multiple of a power of two; 0 keeps the height.
+/// To the nearest multiple of the step; 0 keeps the height.
 float rounded(float height, double step_m) {
   if (step_m == 0.0 || isNoData(height)) return height;
   return static_cast<float>(std::nearbyint(static_cast<double>(height) / step_m) * step_m + 0.0);
@@ -105,9 +105,11 @@ io::Result<void> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& 
   return {};
 }
 
-/// Range over the tile and everything below it; of the error, that it is no smaller than a child's.
-HeightStatistics statisticsOf(const Raster<float>& samples, const TileRecord& record) {
+/// Range over the tile and everything below it; of the error, that it is no smaller than a child's, nor than what the
+/// samples themselves may be off.
+HeightStatistics statisticsOf(const Raster<float>& samples, double maxError_m, const TileRecord& record) {
   HeightStatistics own = raster::ownRangeOf(samples);
+  if (!isNoData(own.min_m)) own.error_m = roundedUp(maxError_m);
   for (const HeightStatistics& child : record.children) {
     own.error_m = std::max(own.error_m, child.error_m);
     if (isNoData(child.min_m)) continue;
@@ -118,8 +120,9 @@ HeightStatistics statisticsOf(const Raster<float>& samples, const TileRecord& re
 }
 
 /// Raises the error to the distance to a tile below. One that is covered by deeper ones, which are compared too, is
-/// left out; one of the last level that is compared adds its own error.
-io::Result<void> raiseError(const Canvas& canvas, const TileRecord& below, double spacing_m, TileRecord& record) {
+/// left out; one of the last level that is compared adds its own error, the others what their samples may be off.
+io::Result<void> raiseError(const Canvas& canvas, const TileRecord& below, double spacing_m, double maxError_m,
+                            TileRecord& record) {
   constexpr std::uint8_t kAllChildren = 15;
   const bool isLast = below.id.level - record.id.level == kComparedLevels;
   if (below.childMask == kAllChildren && !isLast) return {};
@@ -129,20 +132,21 @@ io::Result<void> raiseError(const Canvas& canvas, const TileRecord& below, doubl
   const ErrorScale scale{.spacing_m = spacing_m,
                          .missing_m = static_cast<double>(own.max_m) - static_cast<double>(own.min_m)};
   const double distance = distanceToDescendant(record.id, canvas.samples, below.id, *samplesBelow, scale);
-  const double beyond = isLast ? static_cast<double>(below.statistics.error_m) : 0.0;
+  const double beyond = isLast ? static_cast<double>(below.statistics.error_m) : maxError_m;
   own.error_m = std::max(own.error_m, roundedUp(distance + beyond));
   return {};
 }
 
-io::Result<void> summarise(const TileTask& task, const Canvas& canvas, double spacing_m, TileRecord& record) {
-  record.statistics = statisticsOf(canvas.samples, record);
+io::Result<void> summarise(const TileTask& task, const Canvas& canvas, double spacing_m, double maxError_m,
+                           TileRecord& record) {
+  record.statistics = statisticsOf(canvas.samples, maxError_m, record);
   if (isNoData(record.statistics.min_m)) return {};
   for (const auto& child : task.children) {
     if (!child) continue;
-    if (auto ok = raiseError(canvas, *child, spacing_m, record); !ok) return ok;
+    if (auto ok = raiseError(canvas, *child, spacing_m, maxError_m, record); !ok) return ok;
   }
   for (const TileRecord& below : task.deeper) {
-    if (auto ok = raiseError(canvas, below, spacing_m, record); !ok) return ok;
+    if (auto ok = raiseError(canvas, below, spacing_m, maxError_m, record); !ok) return ok;
   }
   return {};
 }
@@ -187,7 +191,8 @@ io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& t
   }
   const double spacing_m = plan_.tiling().metrics(task.id.level).largestEdge.radians() / plan_.meta.tileCells *
                            plan_.meta.body.ellipsoid.semiMajorAxis_m();
-  if (auto ok = summarise(task, canvas, spacing_m, record); !ok) return tl::unexpected(ok.error());
+  if (auto ok = summarise(task, canvas, spacing_m, plan_.meta.maxError_m, record); !ok)
+    return tl::unexpected(ok.error());
   if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
   record.depths = encodedDepths(canvas.depths);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pyramid/build_plan.h"
+#include "raster/vertical_datum.h"
 
 namespace tellurion::pyramid {
 
@@ -26,6 +27,10 @@ class InputSet {
   io::Result<void> colours(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
                            std::span<raster::Rgba8> out);
 
+  /// Of one input alone, as RasterFile::sampleColours.
+  io::Result<void> coloursAt(int input, std::span<const geo::Direction> places, geo::Angle footprint,
+                             std::span<raster::Rgba8> out);
+
   /// As RasterFile::mayTouch; true without a look where there are more inputs than may be open, for opening each again
   /// and again would cost more than it spares.
   io::Result<bool> mayTouch(int input, const tiling::TileId& id, geo::Angle within);
@@ -36,9 +41,12 @@ class InputSet {
  private:
   struct Slot {
     std::optional<raster::RasterFile> file;
+    std::optional<raster::VerticalDatum> datum;  ///< opened with the first heights; kept, for it is small
     std::uint64_t lastUse = 0;
   };
   io::Result<raster::RasterFile*> file(int input);
+  io::Result<void> heightsAboveDatum(int input, raster::RasterFile& file, std::span<const geo::Direction> places,
+                                     std::span<float> out);
   void closeOldest();
   static void collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings);
 

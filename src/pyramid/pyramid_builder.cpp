@@ -9,6 +9,7 @@
 
 #include "pyramid/build_run.h"
 #include "pyramid/database_file.h"
+#include "pyramid/imagery_cleaning.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -87,11 +88,12 @@ io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, con
     return Opened{std::move(*database), false};
   }
   if (database->meta().buildKey != plan.meta.buildKey) {
-    return io::fail(Code::invalidArgument,
-                    fmt::format("is left from a build with other inputs or options; finish that one ('{}', with "
-                                "--max-level and --nodata as they were given then), or remove the file to start over",
-                                commandToGoOn(*database)),
-                    part.string());
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("is left from a build with other inputs or options; finish that one ('{}', with "
+                    "--max-level, --nodata and the like as they were given then), or remove the file to start over",
+                    commandToGoOn(*database)),
+        part.string());
   }
   return Opened{std::move(*database), true};
 }
@@ -168,7 +170,8 @@ bool wouldFailAgain(const io::Failure& failure, const BuildPlan& plan, const fs:
   if (input != plan.inputs.end()) {
     std::error_code error;
     if (!fs::exists(input->path, error)) return false;
-    return failure.code == Code::corrupt || signatureOf(*input) != input->signature;
+    return failure.code == Code::corrupt || failure.code == Code::invalidArgument ||
+           signatureOf(*input) != input->signature;
   }
   const bool isBelow = plan.base && (failure.where == plan.base->string() || failure.where == part.string());
   return failure.code == Code::corrupt && isBelow;
@@ -232,7 +235,7 @@ io::Result<BuildReport> buildPyramid(const BuildOptions& options, const Progress
   if (options.append && !*existing) {
     return io::fail(Code::notFound, "nothing to append to; leave --append out to build it", options.output.string());
   }
-  const auto plan = planBuild(options, options.append ? *existing : std::nullopt);
+  auto plan = planBuild(options, options.append ? *existing : std::nullopt);
   if (!plan) return tl::unexpected(plan.error());
   if (*existing && (*existing)->requestKey == plan->meta.requestKey) {
     auto report = reportOn(options.output);
@@ -246,6 +249,9 @@ io::Result<BuildReport> buildPyramid(const BuildOptions& options, const Progress
         "lay the inputs over it with --append",
         options.output.string());
   }
+  auto cleaned = ImageryCleaning::prepare(*plan, stop);
+  if (!cleaned) return tl::unexpected(cleaned.error());
+  plan->cleaned = std::move(*cleaned);
   return build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));
 }
 

@@ -10,6 +10,7 @@
 
 #include "geo/body.h"
 #include "io/failure.h"
+#include "pyramid/cleaning_options.h"
 #include "raster/tile.h"
 #include "tiling/tiling.h"
 
@@ -27,7 +28,15 @@ struct BuildOptions {
   /// border, so that there is no step (void_fill.h); 0: not at all. Left out: as far as the inputs' depths ask for, or,
   /// for an append, what the database was built with. An append with another one is refused.
   std::optional<double> fillVoids_m;
-  int jobs = 0;         ///< worker threads; 0: one for each core
+  /// Elevation: no stored height is farther from what the inputs say there than this, metres, above 0; much smaller
+  /// files (bounded_heights.h). Left out: as exact as the inputs are stored, or, for an append, as the database was
+  /// built. An append with another one is refused.
+  std::optional<double> maxError_m;
+  /// Elevation: what the inputs' heights are above, as raster/vertical_datum.h names it; they are stored above the
+  /// ellipsoid. Empty: as they are.
+  std::string verticalDatum;
+  CleaningOptions cleaning;  ///< imagery
+  int jobs = 0;              ///< worker threads; 0: one for each core
   bool append = false;  ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
 };
 

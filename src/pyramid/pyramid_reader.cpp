@@ -159,6 +159,7 @@ io::Result<PyramidSummary> PyramidReader::summary() const {
   const std::uintmax_t bytes = std::filesystem::file_size(state_->path, error);
   return PyramidSummary{.heightStep_m = state_->meta.heightStep_m,
                         .fillVoids_m = state_->meta.fillVoids_m,
+                        .maxError_m = state_->meta.maxError_m,
                         .fileBytes = error ? 0 : bytes,
                         .levels = std::move(*levels),
                         .sources = state_->meta.sources};

@@ -21,6 +21,7 @@ struct LevelSummary {
 struct PyramidSummary {
   double heightStep_m = 0.0;  ///< heights are multiples of it; 0: 32-bit floating point, kept exactly
   double fillVoids_m = 0.0;   ///< over how far at most voids were filled (BuildOptions); 0: they were not
+  double maxError_m = 0.0;    ///< how far heights may be off what the inputs say (BuildOptions); 0: not asked for
   std::uint64_t fileBytes = 0;
   std::vector<LevelSummary> levels;  ///< only levels that hold tiles, coarsest first
   std::vector<std::string> sources;  ///< the inputs, as they were named, bottom first

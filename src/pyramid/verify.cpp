@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "pyramid/database_file.h"
+#include "pyramid/geometric_error.h"
 #include "pyramid/ordered_work.h"
 
 namespace tellurion::pyramid {
@@ -32,7 +33,7 @@ bool holds(const HeightStatistics& range, const HeightStatistics& other) {
 }
 
 /// What is wrong inside one row: payload and statistics. Runs on a worker.
-Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
+Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells, float maxError_m) {
   Faults faults;
   const auto complain = [&](const std::string& what) { faults.push_back(nameOf(record.id) + ": " + what); };
   const auto tile = decoded(record, kind, cells);
@@ -45,7 +46,9 @@ Faults faultsInside(const TileRecord& record, raster::Kind kind, int cells) {
   const HeightStatistics own = raster::ownRangeOf(std::get<raster::ElevationTile>(tile->payload).samples);
   if (!holds(stated, own)) complain("its samples are outside its minimum and maximum");
   if (!(stated.error_m >= 0.0f)) complain("its error is negative or not a number");
-  if (record.childMask == 0 && stated.error_m != 0.0f) complain("it has no children but an error");
+  if (record.childMask == 0 && stated.error_m != maxError_m) {
+    complain("it has no children but another error than its samples may have");
+  }
   if (record.childMask == 0 && !(same(stated.min_m, own.min_m) && same(stated.max_m, own.max_m))) {
     complain("its minimum or maximum is not that of its samples");
   }
@@ -145,7 +148,8 @@ class Verification {
     }
     if (work_.isFull()) add(work_.pop());
     work_.push([shared = std::make_shared<const TileRecord>(std::move(*record)), kind = meta.kind,
-                cells = meta.tileCells] { return faultsInside(*shared, kind, cells); });
+                cells = meta.tileCells,
+                maxError_m = roundedUp(meta.maxError_m)] { return faultsInside(*shared, kind, cells, maxError_m); });
     return {};
   }
 

@@ -33,6 +33,8 @@ constexpr std::array kDrivers{
     "USGSDEM", "XYZ",      "LAN",    "GTX",      "GSAG",   "GSBG",    "GS7BG",       "SAGA",          "RST",
     "BT",      "PCRaster", "ACE2",   "BYN",      "SIGDEM", "ROI_PAC", "RRASTER",     "Leveller",      "NWT_GRD",
     "ZMap",    "HF2",      "BLX",    "Terragen", "GXF",    "ISG",     "JP2OpenJPEG", "GRASSASCIIGrid"};
+/// The same for shapes and points.
+constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGeobuf", "GML", "KML", "CSV"};
 /// For images in memory: these read what they are given and nothing else.
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// Drivers above decode into it.
@@ -47,7 +49,9 @@ void forgetOtherDrivers() {
   for (int i = GDALGetDriverCount() - 1; i >= 0; --i) {
     const GDALDriverH driver = GDALGetDriver(i);
     const std::string_view name = GDALGetDriverShortName(driver);
-    if (name == kMemoryDriver || isAllowed(name)) continue;
+    if (name == kMemoryDriver || isAllowed(name) || std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end()) {
+      continue;
+    }
     GDALDeregisterDriver(driver);
     GDALDestroyDriver(driver);
   }
@@ -70,9 +74,10 @@ void prepareGdal() {
   });
 }
 
-CPLStringList allowedDrivers() {
+template <std::size_t kCount>
+CPLStringList namesOf(const std::array<const char*, kCount>& drivers) {
   CPLStringList names;
-  for (const char* name : kDrivers)
+  for (const char* name : drivers)
     names.AddString(name);
   return names;
 }
@@ -146,7 +151,7 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
   }
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
-  const CPLStringList drivers = allowedDrivers();
+  const CPLStringList drivers = namesOf(kDrivers);
   DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                                        drivers.List(), nullptr, nullptr));
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
@@ -160,6 +165,25 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
       Code::unsupported,
       "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
       "(VRT, MRF, ...) or a service the raster files themselves are wanted",
+      path));
+}
+
+io::Result<DatasetPtr> gdalOpenVector(const std::string& path) {
+  const GdalMessages messages;
+  if (!isPlainName(path)) {
+    return io::fail(Code::invalidArgument, "is not the name of a local file; copy the data here first", path);
+  }
+  std::error_code error;
+  if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
+  const CPLStringList drivers = namesOf(kVectorDrivers);
+  DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
+                                       drivers.List(), nullptr, nullptr));
+  if (dataset && staysInItsFolder(*dataset, path)) return dataset;
+  if (dataset) {
+    return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
+  }
+  return tl::unexpected(messages.failure(
+      Code::unsupported, "cannot be opened as vectors (Shapefile, GeoJSON, GeoPackage, FlatGeobuf, GML, KML, CSV)",
       path));
 }
 
@@ -179,9 +203,7 @@ io::Result<MemoryDataset> gdalOpenBytes(std::span<const std::byte> bytes, int wi
   // GDAL does not write to what is opened for reading, its type only lacks the const.
   auto* memory = const_cast<GByte*>(reinterpret_cast<const GByte*>(bytes.data()));
   if (VSILFILE* file = VSIFileFromMemBuffer(name.c_str(), memory, bytes.size(), FALSE)) VSIFCloseL(file);
-  CPLStringList drivers;
-  for (const char* driver : kMemoryDrivers)
-    drivers.AddString(driver);
+  const CPLStringList drivers = namesOf(kMemoryDrivers);
   const CPLConfigOptionSetter noNeighbours("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", false);
   DatasetPtr dataset(
       GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers.List(), nullptr, nullptr));

@@ -23,7 +23,8 @@ struct HeightStatistics {
   float min_m = kNoData;
   float max_m = kNoData;
   /// Geometric error: the largest vertical distance in metres between the bilinear surface through this tile's samples
-  /// and the finest data below it; 0 for a tile without children. The body's curvature is not in it.
+  /// and the finest data below it; without children 0, or what the samples themselves may be off. The body's curvature
+  /// is not in it.
   float error_m = 0.0f;
 };
 

@@ -1,0 +1,256 @@
+#include "raster/colour_match.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace tellurion::raster {
+namespace {
+
+constexpr int kMostPlaces = 512;
+constexpr int kMostCells = 24;
+constexpr int kPlacesPerCell = 8;  ///< along a side, at least
+constexpr int kRounds = 3;
+constexpr double kLeastPlaces = 16.0;
+/// Of a channel's values, 0..255: contrast below this says little about the gain.
+constexpr double kFaint = 4.0;
+constexpr double kLeastGain = 0.4;
+constexpr double kMostGain = 2.5;
+/// What a wider neighbourhood counts against the next narrower one.
+constexpr double kWiderShare = 0.05;
+constexpr std::array kWidths_cells{1.0, 3.0, 9.0};
+
+using Channels = std::array<double, 3>;
+
+Channels channelsOf(Rgba8 c) {
+  return {static_cast<double>(c.r), static_cast<double>(c.g), static_cast<double>(c.b)};
+}
+
+bool isUnclipped(Rgba8 c) {
+  const auto [low, high] = std::minmax({c.r, c.g, c.b});
+  return c.a == 255 && low > 0 && high < 255;
+}
+
+/// A place where both pictures can be believed.
+struct Pair {
+  Channels from{};
+  Channels to{};
+  geo::Direction place;
+  std::size_t cell = 0;
+  double weight = 1.0;
+};
+
+/// The sums that a line's least squares need.
+struct Moments {
+  double count = 0.0;
+  Channels from{};
+  Channels to{};
+  Channels fromFrom{};
+  Channels fromTo{};
+
+  void add(const Moments& o, double share) {
+    count += share * o.count;
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[k] += share * o.from[k];
+      to[k] += share * o.to[k];
+      fromFrom[k] += share * o.fromFrom[k];
+      fromTo[k] += share * o.fromTo[k];
+    }
+  }
+  void add(const Pair& p) {
+    count += p.weight;
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[k] += p.weight * p.from[k];
+      to[k] += p.weight * p.to[k];
+      fromFrom[k] += p.weight * p.from[k] * p.from[k];
+      fromTo[k] += p.weight * p.from[k] * p.to[k];
+    }
+  }
+  ColourLine line() const {
+    ColourLine line;
+    if (!(count > 0.0)) return line;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double meanFrom = from[k] / count;
+      const double meanTo = to[k] / count;
+      const double variance = fromFrom[k] / count - meanFrom * meanFrom;
+      const double covariance = fromTo[k] / count - meanFrom * meanTo;
+      line[k].gain = std::clamp((covariance + kFaint * kFaint) / (variance + kFaint * kFaint), kLeastGain, kMostGain);
+      line[k].offset = meanTo - line[k].gain * meanFrom;
+    }
+    return line;
+  }
+};
+
+/// Weights of a bell of some cells, from its middle outwards to three times its width.
+std::vector<double> bell(double width) {
+  std::vector<double> weights(static_cast<std::size_t>(std::ceil(3.0 * width)) + 1);
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    weights[i] = std::exp(-0.5 * static_cast<double>(i * i) / (width * width));
+  return weights;
+}
+
+/// Each cell with those before and after it in lines of `count` cells that lie `stride` apart.
+std::vector<Moments> blurred(const std::vector<Moments>& cells, const LonLatGrid& grid, bool alongRows,
+                             const std::vector<double>& weights) {
+  std::vector<Moments> out(cells.size());
+  const int reach = static_cast<int>(weights.size()) - 1;
+  for (int row = 0; row < grid.height; ++row) {
+    for (int col = 0; col < grid.width; ++col) {
+      Moments& sum = out[static_cast<std::size_t>(row * grid.width + col)];
+      for (int d = -reach; d <= reach; ++d) {
+        int c = alongRows ? col + d : col;
+        const int r = alongRows ? row : row + d;
+        if (grid.wraps() && 2 * reach < grid.width) c = (c + grid.width) % grid.width;
+        if (c < 0 || c >= grid.width || r < 0 || r >= grid.height) continue;
+        sum.add(cells[static_cast<std::size_t>(r * grid.width + c)], weights[static_cast<std::size_t>(std::abs(d))]);
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<ColourLine> linesOf(const std::vector<Pair>& pairs, const LonLatGrid& grid) {
+  std::vector<Moments> cells(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
+  Moments all;
+  for (const Pair& pair : pairs) {
+    cells[pair.cell].add(pair);
+    all.add(pair);
+  }
+  std::vector<Moments> sums(cells.size());
+  double share = 1.0;
+  for (const double width : kWidths_cells) {
+    const std::vector<double> weights = bell(width);
+    const auto wide = blurred(blurred(cells, grid, true, weights), grid, false, weights);
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      sums[i].add(wide[i], share / (width * width));
+    share *= kWiderShare;
+  }
+  std::vector<ColourLine> lines(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    sums[i].add(all, share / static_cast<double>(cells.size()));
+    lines[i] = sums[i].line();
+  }
+  return lines;
+}
+
+/// How far a pair is off the match in its worst channel.
+double residualOf(const Pair& pair, const ColourMatch& match) {
+  const ColourLine line = match.at(pair.place);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    worst = std::max(worst, std::abs(pair.to[k] - line[k].gain * pair.from[k] - line[k].offset));
+  return worst;
+}
+
+/// Those that are far off count less.
+void weigh(std::vector<Pair>& pairs, const ColourMatch& match) {
+  std::vector<double> residuals(pairs.size());
+  std::ranges::transform(pairs, residuals.begin(), [&](const Pair& p) { return residualOf(p, match); });
+  std::vector<double> sorted = residuals;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::ranges::nth_element(sorted, middle);
+  const double usual = std::max(1.5 * *middle, 1.0);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double off = residuals[i] / usual;
+    pairs[i].weight = 1.0 / (1.0 + off * off * off * off);
+  }
+}
+
+io::Result<std::vector<Pair>> pairsOf(const ColourSampler& from, const ColourSampler& to, const LonLatGrid& places,
+                                      geo::Angle footprint, const LonLatGrid& cells) {
+  std::vector<Pair> pairs;
+  std::vector<Rgba8> a;
+  std::vector<Rgba8> b;
+  for (int row = 0; row < places.height; ++row) {
+    const auto line = places.places(row);
+    a.assign(line.size(), {});
+    b.assign(line.size(), {});
+    if (auto ok = to(line, footprint, b); !ok) return tl::unexpected(ok.error());
+    if (std::ranges::none_of(b, isUnclipped)) continue;
+    if (auto ok = from(line, footprint, a); !ok) return tl::unexpected(ok.error());
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (!isUnclipped(a[i]) || !isUnclipped(b[i])) continue;
+      const int cellColumn = static_cast<int>(i) * cells.width / places.width;
+      const int cellRow = row * cells.height / places.height;
+      pairs.push_back({.from = channelsOf(a[i]),
+                       .to = channelsOf(b[i]),
+                       .place = line[i],
+                       .cell = static_cast<std::size_t>(cellRow * cells.width + cellColumn)});
+    }
+  }
+  return pairs;
+}
+
+}  // namespace
+
+ColourMatch::ColourMatch(LonLatGrid grid, std::vector<ColourLine> lines)
+    : grid_(grid),
+      lines_(std::move(lines)),
+      diagonal_rad_(std::hypot(
+          (grid.bounds.north - grid.bounds.south).radians(),
+          grid.bounds.width.radians() * std::cos(((grid.bounds.north + grid.bounds.south) / 2.0).radians()))) {}
+
+ColourLine ColourMatch::at(const geo::Direction& place) const {
+  const LonLatGrid::Spot s = grid_.spotOf(place);
+  const auto cell = [&](int col, int row) -> const ColourLine& {
+    return lines_[static_cast<std::size_t>(row * grid_.width + col)];
+  };
+  const std::array<const ColourLine*, 4> near{&cell(s.col0, s.row0), &cell(s.col1, s.row0), &cell(s.col0, s.row1),
+                                              &cell(s.col1, s.row1)};
+  const std::array<double, 4> shares{(1 - s.right) * (1 - s.down), s.right * (1 - s.down), (1 - s.right) * s.down,
+                                     s.right * s.down};
+  const geo::Geodetic where = geo::geodeticFromDirection(place);
+  double kept = 1.0;
+  if (!grid_.bounds.contains(where.lat, where.lon)) {
+    const geo::Angle middle = grid_.bounds.west + grid_.bounds.width / 2.0;
+    const double half = grid_.bounds.width.radians() / 2.0;
+    const double east = std::clamp(geo::wrappedLongitude(where.lon - middle).radians(), -half, half);
+    const geo::Angle lat = std::clamp(where.lat, grid_.bounds.south, grid_.bounds.north);
+    const auto nearest = geo::directionFromLatLon(lat, geo::wrappedLongitude(middle + geo::Angle::radians(east)));
+    const double beyond = geo::angleBetween(place, nearest).radians() / diagonal_rad_;
+    const double t = std::clamp((beyond - 1.0) / 2.0, 0.0, 1.0);
+    kept = 1.0 - t * t * (3.0 - 2.0 * t);
+  }
+  ColourLine line;
+  for (std::size_t k = 0; k < 3; ++k) {
+    double gain = 0.0;
+    double offset = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      gain += shares[i] * (*near[i])[k].gain;
+      offset += shares[i] * (*near[i])[k].offset;
+    }
+    line[k] = {.gain = 1.0 + kept * (gain - 1.0), .offset = kept * offset};
+  }
+  return line;
+}
+
+Rgba8 ColourMatch::apply(const geo::Direction& place, Rgba8 colour) const {
+  if (colour.a == 0) return colour;
+  const ColourLine line = at(place);
+  const Channels value = channelsOf(colour);
+  const auto moved = [&](std::size_t k) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(line[k].gain * value[k] + line[k].offset, 0.0, 255.0)));
+  };
+  return {moved(0), moved(1), moved(2), colour.a};
+}
+
+io::Result<std::optional<ColourMatch>> matchColours(const ColourSampler& from, const ColourSampler& to,
+                                                    const geo::GeoRect& area, geo::Angle finestSpacing) {
+  const LonLatGrid places = gridOfSpacing(area, finestSpacing, kMostPlaces);
+  const LonLatGrid cells{.bounds = area,
+                         .width = std::clamp(places.width / kPlacesPerCell, 1, kMostCells),
+                         .height = std::clamp(places.height / kPlacesPerCell, 1, kMostCells)};
+  const geo::Angle footprint = (area.north - area.south) / places.height;
+  auto pairs = pairsOf(from, to, places, footprint, cells);
+  if (!pairs) return tl::unexpected(pairs.error());
+  if (static_cast<double>(pairs->size()) < kLeastPlaces) return std::optional<ColourMatch>{};
+  std::optional<ColourMatch> match;
+  for (int round = 0; round <= kRounds; ++round) {
+    if (match) weigh(*pairs, *match);
+    match.emplace(cells, linesOf(*pairs, cells));
+  }
+  return match;
+}
+
+}  // namespace tellurion::raster
