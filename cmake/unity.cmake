@@ -1,4 +1,4 @@
-# Compiling several sources as one takes a third of the processor's time, and more of it again after each edit: ./bootstrap asks for it, the presets do
+# Compiling several sources as one takes a third to a half less of the processor's time, and more of it again after each edit: ./bootstrap asks for it, the presets do
 # not. The files keep names for themselves alone, so those that would clash are kept apart (unity_groups.py).
 option(TELLURION_UNITY "Compile sources in groups: for builds from nothing" OFF)
 if(TELLURION_UNITY)

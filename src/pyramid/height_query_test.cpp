@@ -48,7 +48,8 @@ class FunctionSource final : public raster::TileSource {
 
 class HeightQueryTest : public ::testing::TestWithParam<Scheme> {
  protected:
-  HeightQuery query(int maxLevel, std::function<double(const geo::Direction&)> height, std::uint64_t cacheBytes = 4 << 20) const {
+  HeightQuery query(int maxLevel, std::function<double(const geo::Direction&)> height,
+                    std::uint64_t cacheBytes = 4 << 20) const {
     auto created =
         HeightQuery::create(std::make_shared<FunctionSource>(GetParam(), maxLevel, std::move(height)), cacheBytes);
     EXPECT_TRUE(created.has_value());
