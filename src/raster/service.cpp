@@ -18,7 +18,6 @@ namespace {
 
 using Code = io::Failure::Code;
 
-constexpr double kOverviewPatience_s = 20.0;
 constexpr int kDeepestLevel = 30;
 constexpr int kSmallestTile = 16;
 constexpr int kLargestTile = 4096;
@@ -141,11 +140,12 @@ io::Result<GridService> openService(const ServiceLayer& layer, Kind kind, const 
   return service;
 }
 
-io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources) {
+io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources,
+                                    double patience_s) {
   auto service = openService(layer, Kind::elevation, body, resources);
   if (!service || service->overviews == 0 || service->overviews == service->levels.size()) return service;
   const GridLevel& first = service->levels.front();
-  const auto image = resources.wait(service->request({0, first.firstColumn, first.firstRow}), kOverviewPatience_s);
+  const auto image = resources.wait(service->request({0, first.firstColumn, first.firstRow}), patience_s);
   if (image || image.error().code == Code::cancelled) return service;
   ServiceLayer without = layer;
   without.minLevel = 0;

@@ -33,8 +33,13 @@ struct ServiceLayer {
 io::Result<GridService> openService(const ServiceLayer& layer, Kind kind, const geo::Body& body,
                                     io::Resources& resources);
 
+/// So long openHeights() waits for a map of everything.
+inline constexpr double kOverviewPatience_s = 20.0;
+
 /// The same of elevation that is to be read: without GridService::overviews where the server refuses the first of them,
-/// or does not bring it in 20 s, since the heights of all roots are read on it. The image is found in the cache then.
-io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources);
+/// or does not bring it in `patience_s` seconds, since the heights of all roots are read on it. The image is found in
+/// the cache then.
+io::Result<GridService> openHeights(const ServiceLayer& layer, const geo::Body& body, io::Resources& resources,
+                                    double patience_s = kOverviewPatience_s);
 
 }  // namespace tellurion::raster

@@ -6,43 +6,19 @@
 #include <limits>
 #include <utility>
 
+#include "scene/roster_entry.h"
+#include "scene/source_fit.h"
+
 namespace tellurion::scene {
 namespace {
-
-using raster::TileSourceInfo;
 
 constexpr double kOverviewPriority = 1e12;  ///< before all: it is little, and all there is to see
 constexpr double kRootPriority = 1e9;       ///< before any tile that is only wanted finer
 constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight decides on the ground in sight
 constexpr double kUnseenPriority = 1e-12;   ///< after them
-constexpr std::chrono::seconds kFirstRetry{1};
 constexpr std::chrono::seconds kLongestRetry{30};
-constexpr std::chrono::seconds kFirstAside{2};
 constexpr std::chrono::seconds kLongestAside{30};
 constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
-
-/// Why a source cannot be a layer of the scene; nothing when it can.
-std::optional<io::Failure> misfit(const TileSourceInfo& info, const tiling::Tiling& tiling, const geo::Body& body,
-                                  raster::Kind kind, int cells) {
-  const auto wrong = [&](std::string message) {
-    return io::Failure{io::Failure::Code::invalidArgument, std::move(message), info.name};
-  };
-  if (info.kind != kind)
-    return wrong(fmt::format("holds {}, but the scene uses it as {}", raster::nameOf(info.kind), raster::nameOf(kind)));
-  if (info.scheme != tiling.scheme())
-    return wrong(fmt::format("is tiled as {}, the scene as {}; build it again with --tiling {}",
-                             tiling::nameOf(info.scheme), tiling::nameOf(tiling.scheme()),
-                             tiling::nameOf(tiling.scheme())));
-  if (!(info.body.ellipsoid == body.ellipsoid))
-    return wrong(fmt::format("is of the body {}, the scene of {}", info.body.name, body.name));
-  if (info.tileCells != cells)
-    return wrong(fmt::format("has {} cells a side of a tile, the layer before it {}", info.tileCells, cells));
-  return std::nullopt;
-}
-
-bool isMeshable(int cells) {
-  return cells >= 4 && cells <= 128 && (cells & (cells - 1)) == 0;
-}
 
 /// The cells a side of the tiles of the first source that is open already, which all others must have.
 int firstCells(const LayerSource& source, int soFar, bool& isFirst) {
@@ -52,47 +28,6 @@ int firstCells(const LayerSource& source, int soFar, bool& isFirst) {
 }
 
 }  // namespace
-
-struct LayerRoster::Entry {
-  enum class State : std::uint8_t {
-    opening,   ///< on a thread, or waiting to be tried again
-    looking,   ///< at its overview, before roots take the places of the line
-    fetching,  ///< its roots
-    ready,     ///< may take part
-    failed,    ///< never will
-  };
-  raster::Kind kind = raster::Kind::elevation;
-  LayerSource source;
-  std::size_t layer = 0;  ///< of its kind
-  State state = State::opening;
-  bool isTold = false;   ///< maker() has it
-  bool isShown = false;  ///< what is drawn has it
-  /// While what holds others up is set aside: until then, and the longer the more often it did.
-  std::optional<Clock::time_point> asideUntil;
-  std::chrono::seconds asideFor = kFirstAside;
-  std::shared_ptr<LayerTiles> tiles;
-  struct Root {
-    std::size_t root = 0;
-    std::shared_ptr<TileFetch> fetch;
-  };
-  std::vector<Root> roots;       ///< on their way, or held until contents are made of them
-  std::uint32_t toldRoots = 0;   ///< of elevation, those that maker() has: GroundLayers::Layer
-  std::uint32_t shownRoots = 0;  ///< and those that what is drawn has
-  /// What imagery shows until its roots are here; null: nothing. Held until all roots are here, in sight or not.
-  std::shared_ptr<LayerTiles> overview;
-  Clock::time_point rootsAt;  ///< while looking: when roots are asked for whether it has come or not
-  std::vector<std::shared_ptr<TileFetch>> overviewRoots;
-  std::shared_ptr<SourceOpeners::Opening> opening;  ///< while a thread is at it
-  /// Of a layer whose steps are not known yet: what the thread that opens it fills in, too.
-  struct Steps {
-    std::vector<TimedSource> all;
-    std::size_t first = 0;
-  };
-  std::shared_ptr<Steps> steps;
-  Clock::time_point retryAt;
-  std::chrono::seconds retryIn = kFirstRetry;
-  std::optional<io::Failure> trouble;
-};
 
 LayerRoster::LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell)
     : tiling_(scene.tiling),
@@ -272,18 +207,6 @@ void LayerRoster::hurryRoots(Entry& entry, std::span<const double> rootShares) {
     fetches_.hurry(*root.fetch, rootShares[root.root] > 0.0 ? kRootPriority * rootShares[root.root] : unseen);
 }
 
-/// Those whose data need not be waited for.
-std::uint32_t LayerRoster::rootsHere(const Entry& entry) {
-  std::uint32_t here = GroundLayers::kAllRoots;
-  for (const Entry::Root& root : entry.roots)
-    here &= root.fetch->isReady() ? GroundLayers::kAllRoots : ~(std::uint32_t{1} << root.root);
-  return here;
-}
-
-bool LayerRoster::overviewIsHere(const Entry& entry) {
-  return entry.overview && std::ranges::all_of(entry.overviewRoots, [](const auto& fetch) { return fetch->isReady(); });
-}
-
 /// Decoded, those out of sight too: no root stands without its picture any more.
 bool LayerRoster::hasAllRoots(const Entry& entry) const {
   for (int root = 0; root < tiling_.rootCount(); ++root) {
@@ -291,31 +214,6 @@ bool LayerRoster::hasAllRoots(const Entry& entry) const {
     if (entry.tiles->storedLevel(id) >= 0 && !entry.tiles->kept(id)) return false;
   }
   return true;
-}
-
-bool LayerRoster::mayTakePart(const Entry& entry, std::span<const double> rootShares) {
-  const std::uint32_t here = rootsHere(entry);
-  if (here == GroundLayers::kAllRoots || overviewIsHere(entry)) return true;
-  return !rootShares.empty() && std::ranges::any_of(entry.roots, [&](const Entry::Root& root) {
-    return ((here >> root.root) & 1u) != 0 && rootShares[root.root] > 0.0;
-  });
-}
-
-/// Of elevation that takes part: not with all its roots.
-bool LayerRoster::lacksRoots(const Entry& entry) {
-  return entry.kind == raster::Kind::elevation && entry.isTold && entry.toldRoots != GroundLayers::kAllRoots;
-}
-
-/// It may take part, and does not yet or with fewer roots than it could. Roots out of sight count when they are all.
-bool LayerRoster::hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending) {
-  if (entry.state != Entry::State::ready || entry.asideUntil) return false;
-  if (!entry.isTold) return true;
-  if (!lacksRoots(entry)) return false;
-  const std::uint32_t here = rootsHere(entry);
-  if (here == GroundLayers::kAllRoots) return true;
-  return !isPending && std::ranges::any_of(entry.roots, [&](const Entry::Root& root) {
-    return ((here & ~entry.toldRoots) >> root.root & 1u) != 0 && !rootShares.empty() && rootShares[root.root] > 0.0;
-  });
 }
 
 bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootShares, bool isPending) {
@@ -348,11 +246,6 @@ bool LayerRoster::advance(Clock::time_point now, std::span<const double> rootSha
     if (layout.series) layout.series->advance(now, *openers_, *ledger_);
   }
   return changed;
-}
-
-/// What is drawn lacks it, or roots of it, and maker() has it.
-bool LayerRoster::joins(const Entry& entry) {
-  return entry.isTold && (!entry.isShown || entry.toldRoots != entry.shownRoots);
 }
 
 bool LayerRoster::isOf(const Entry& entry, const LayerTiles* tiles) const {
@@ -396,10 +289,6 @@ void LayerRoster::isShown() {
 bool LayerRoster::mayOpen(const Entry& entry, Clock::time_point now) const {
   return entry.state == Entry::State::opening && !entry.opening && now >= entry.retryAt &&
          openers_->mayOpen(entry.source);
-}
-
-bool LayerRoster::mayFetchRoots(const Entry& entry, Clock::time_point now) {
-  return entry.state == Entry::State::looking && (overviewIsHere(entry) || now >= entry.rootsAt);
 }
 
 bool LayerRoster::isDue(Clock::time_point now) const {
@@ -503,10 +392,6 @@ int LayerRoster::coming() const {
         static_cast<int>(std::count_if(all->begin(), all->end(), [](const auto& entry) { return isComing(*entry); }));
   }
   return count;
-}
-
-bool LayerRoster::isComing(const Entry& entry) {
-  return entry.state != Entry::State::failed && (!entry.isTold || lacksRoots(entry));
 }
 
 std::uint64_t LayerRoster::bytes() const {

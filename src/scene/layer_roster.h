@@ -16,6 +16,8 @@
 
 namespace tellurion::scene {
 
+struct RosterEntry;
+
 /// Which layers of a scene take part: those of this machine from the start, those on a server from when they are open
 /// and the data of one root tile that may be seen are here, or of imagery its overview (TileSource::overview). Of
 /// elevation only the roots that are here take part: when more of them are, the layer joins anew. So what is drawn
@@ -71,7 +73,7 @@ class LayerRoster {
   std::vector<io::Failure> complaints() const;
 
  private:
-  struct Entry;
+  using Entry = RosterEntry;
   LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
   Entry& add(raster::Kind kind, LayerSource source, std::size_t layer);
   std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
@@ -81,19 +83,11 @@ class LayerRoster {
                   std::span<const double> rootShares);
   bool mayOpen(const Entry& entry, Clock::time_point now) const;
   void begin(Entry& entry, Clock::time_point now, std::span<const double> rootShares);
-  static bool mayFetchRoots(const Entry& entry, Clock::time_point now);
   void fetchRoots(Entry& entry, std::span<const double> rootShares);
   void join(Entry& entry, ColourLayers::Layer& layer);
   void hurryRoots(Entry& entry, std::span<const double> rootShares);
   void fetchOverview(Entry& entry);
-  static std::uint32_t rootsHere(const Entry& entry);
   bool hasAllRoots(const Entry& entry) const;
-  static bool overviewIsHere(const Entry& entry);
-  static bool mayTakePart(const Entry& entry, std::span<const double> rootShares);
-  static bool lacksRoots(const Entry& entry);
-  static bool hasMoreToTell(const Entry& entry, std::span<const double> rootShares, bool isPending);
-  static bool isComing(const Entry& entry);
-  static bool joins(const Entry& entry);
   bool isOf(const Entry& entry, const LayerTiles* tiles) const;
 
   tiling::Tiling tiling_;
