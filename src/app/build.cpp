@@ -112,7 +112,8 @@ void addCleaning(CLI::App& command, pyramid::CleaningOptions& cleaning) {
       ->check(CLI::Range(0.0, 1e7));
   command
       .add_option("--cut", cleaning.cutAt,
-                  "Imagery: cut all inputs but the first at the polygons of a vector file (a coastline); outside they "
+                  "Imagery: cut all inputs but the first (with --append: all) at the polygons of a vector file (a "
+                  "coastline); outside they "
                   "fade over --feather. May be given several times")
       ->allow_extra_args(false);
   command.add_flag("--clouds", cleaning.clouds,

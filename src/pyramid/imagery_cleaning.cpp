@@ -22,8 +22,11 @@ constexpr std::size_t kMostOpen = 16;
 constexpr std::size_t kCacheBytes = std::size_t{16} << 20u;
 /// A ramp is made of so many nodes at least, as far as the map's size allows.
 constexpr double kNodesPerRamp = 16.0;
-/// Around clouds, of their own map: where no wider feather is asked for.
-constexpr double kCloudRim_nodes = 4.0;
+/// How much finer than the clear map, the first input, clouds are looked for: what is smaller is more often a field
+/// than a cloud.
+constexpr double kFinerThanClear = 32.0;
+/// Around clouds, of their own map: --feather would leave little between scattered ones.
+constexpr double kCloudRim_nodes = 3.0;
 
 std::uint8_t byteOf(double share) {
   return static_cast<std::uint8_t>(std::lround(255.0 * share));
@@ -137,7 +140,9 @@ class ImageryCleaning::Preparation {
 
   io::Result<void> removeClouds(int input) {
     if (auto ok = goOn(); !ok) return ok;
-    const raster::LonLatGrid grid = gridFor(input, 0.0, std::min(kMostCloudNodes, mostNodes_));
+    const geo::Angle spacing = std::max(planned(input).spacing, planned(0).spacing / kFinerThanClear);
+    const raster::LonLatGrid grid =
+        raster::gridOfSpacing(planned(input).bounds, spacing, std::min(kMostCloudNodes, mostNodes_));
     const auto clear = [&](std::span<const geo::Direction> places, geo::Angle footprint, std::span<Rgba8> out) {
       io::Result<void> ok;
       for (int below = 0; ok && below < input; ++below)
@@ -147,7 +152,7 @@ class ImageryCleaning::Preparation {
     auto clouds = raster::findClouds(samplerOf(input), clear, grid);
     if (!clouds) return tl::unexpected(clouds.error());
     std::ranges::transform(clouds->samples, clouds->samples.begin(), [](std::uint8_t c) { return c == 0 ? 1 : 0; });
-    const double rim_m = std::max(options_.feather_m, kCloudRim_nodes * grid.rowStep_m(plan_.meta.body));
+    const double rim_m = kCloudRim_nodes * grid.rowStep_m(plan_.meta.body);
     const auto distances = raster::distancesToUnmarked(grid, *clouds, plan_.meta.body, rim_m, false);
     std::ranges::transform(distances.samples, clouds->samples.begin(),
                            [&](float d) { return byteOf(raster::rampOf(static_cast<double>(d), rim_m)); });
@@ -178,7 +183,7 @@ class ImageryCleaning::Preparation {
 
   /// The inputs above one, where they are neither cut off nor cloudy.
   io::Result<void> cleanedAbove(int input, std::span<const geo::Direction> places, geo::Angle footprint,
-                          std::span<Rgba8> out) {
+                                std::span<Rgba8> out) {
     std::vector<Rgba8> own;
     for (int other = input + 1; other < count_; ++other) {
       own.assign(places.size(), {});

@@ -14,7 +14,7 @@ constexpr int kPlacesPerCell = 8;  ///< along a side, at least
 constexpr int kRounds = 3;
 constexpr double kLeastPlaces = 16.0;
 /// Of a channel's values, 0..255: contrast below this says little about the gain.
-constexpr double kFaint = 4.0;
+constexpr double kFaint = 2.5;
 constexpr double kLeastGain = 0.4;
 constexpr double kMostGain = 2.5;
 /// What a wider neighbourhood counts against the next narrower one.
@@ -90,7 +90,7 @@ std::vector<double> bell(double width) {
   return weights;
 }
 
-/// Each cell with those before and after it in lines of `count` cells that lie `stride` apart.
+/// Each cell with those before and after it in its row or its column.
 std::vector<Moments> blurred(const std::vector<Moments>& cells, const LonLatGrid& grid, bool alongRows,
                              const std::vector<double>& weights) {
   std::vector<Moments> out(cells.size());
@@ -150,7 +150,7 @@ void weigh(std::vector<Pair>& pairs, const ColourMatch& match) {
   std::vector<double> sorted = residuals;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::ranges::nth_element(sorted, middle);
-  const double usual = std::max(1.5 * *middle, 1.0);
+  const double usual = std::max(3.0 * *middle, 3.0);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double off = residuals[i] / usual;
     pairs[i].weight = 1.0 / (1.0 + off * off * off * off);

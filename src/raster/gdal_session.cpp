@@ -33,8 +33,8 @@ constexpr std::array kDrivers{
     "USGSDEM", "XYZ",      "LAN",    "GTX",      "GSAG",   "GSBG",    "GS7BG",       "SAGA",          "RST",
     "BT",      "PCRaster", "ACE2",   "BYN",      "SIGDEM", "ROI_PAC", "RRASTER",     "Leveller",      "NWT_GRD",
     "ZMap",    "HF2",      "BLX",    "Terragen", "GXF",    "ISG",     "JP2OpenJPEG", "GRASSASCIIGrid"};
-/// The same for shapes and points.
-constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGeobuf", "GML", "KML", "CSV"};
+/// The same for shapes. (GML's would fetch schemas that a file names.)
+constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGeobuf", "KML"};
 /// For images in memory: these read what they are given and nothing else.
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// Drivers above decode into it.
@@ -183,8 +183,7 @@ io::Result<DatasetPtr> gdalOpenVector(const std::string& path) {
     return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
   }
   return tl::unexpected(messages.failure(
-      Code::unsupported, "cannot be opened as vectors (Shapefile, GeoJSON, GeoPackage, FlatGeobuf, GML, KML, CSV)",
-      path));
+      Code::unsupported, "cannot be opened as vectors (Shapefile, GeoJSON, GeoPackage, FlatGeobuf, KML)", path));
 }
 
 MemoryDataset::MemoryDataset(DatasetPtr dataset, std::string name)

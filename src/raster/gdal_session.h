@@ -44,7 +44,7 @@ using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 /// What GDAL warns of is added to `warnings`.
 io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
 
-/// The same for shapes and points: Shapefile, GeoJSON, GeoPackage, FlatGeobuf, GML, KML and CSV.
+/// The same for shapes: Shapefile, GeoJSON, GeoPackage, FlatGeobuf and KML.
 io::Result<DatasetPtr> gdalOpenVector(const std::string& path);
 
 /// A dataset in memory, and GDAL's name for the memory. Move-only.

@@ -61,7 +61,7 @@ LonLatGrid gridOfSpacing(const geo::GeoRect& bounds, geo::Angle spacing, int mos
   const double nearest =
       holdsEquator ? 0.0 : std::min(std::abs(bounds.south.radians()), std::abs(bounds.north.radians()));
   const auto nodes = [&](double extent) {
-    const double wanted = std::ceil(extent / spacing.radians());
+    const double wanted = std::ceil(extent / spacing.radians() - 1e-6);  // rounding makes no step more
     return wanted >= mostNodes ? mostNodes : std::max(1, static_cast<int>(wanted));
   };
   return {.bounds = bounds,
