@@ -146,7 +146,12 @@ class InAir : public synthetic::GlTest {
       for (int col = 2; col < kSize.width; col += 7) {
         const geo::Ray ray = scene::rayThrough(frame.view, {col + 0.5, row + 0.5});
         const geo::Vec3 direction = geo::normalize(ray.direction);
-        if (geo::dot(direction, frame.light.toSun_body) > 0.999) continue;  // the sun's disc
+        if (geo::dot(direction, frame.light.toSun_body) > 0.999) continue;                       // the sun's disc
+        if (frame.tiles.empty() && sphere_.intersect({ray.origin, direction})) continue;  // no ground is drawn
+        // Where ground ends and sky begins is the mesh's to say, within a pixel.
+        const double past = geo::length(geo::cross(ray.origin.m, direction)) - kRadius_m;
+        const double pixel_m = frame.view.pixelAngle() * (geo::length(ray.origin.m) - kRadius_m);
+        if (std::abs(past) < 2.0 * pixel_m + 1000.0) continue;
         const geo::Vec3 expected = reference.light(ray.origin.m, direction) * exposure;
         const Rgba8 pixel = picture.at(col, row);
         const std::array<std::uint8_t, 3> bytes{pixel.r, pixel.g, pixel.b};
