@@ -48,6 +48,6 @@ const int kViewAzimuths = 48;
 const int kViewHalf = 48;    // directions from the nadir to the horizon, and from there upwards
 const int kViewDistances = 16;
 
-// The dome of the sky.
-const int kSkyBands = 40;
+// The dome of the sky: its bands end where the table has rows.
+const int kSkyBands = 48;
 const int kSkyColumns = 192;
