@@ -140,27 +140,38 @@ class InAir : public synthetic::GlTest {
     const Reference reference(frame.air.atmosphere, frame.light.toSun_body);
     const double exposure = std::exp2(*frame.air.exposure_stops);
     int compared = 0;
+    int beyond = 0;
     double worst = 0.0;
     double sum = 0.0;
     for (int row = 2; row < kSize.height; row += 5) {
       for (int col = 2; col < kSize.width; col += 7) {
         const geo::Ray ray = scene::rayThrough(frame.view, {col + 0.5, row + 0.5});
         const geo::Vec3 direction = geo::normalize(ray.direction);
-        if (geo::dot(direction, frame.light.toSun_body) > 0.999) continue;  // the sun's disc
+        if (geo::dot(direction, frame.light.toSun_body) > 0.999) continue;                // the sun's disc
+        if (frame.tiles.empty() && sphere_.intersect({ray.origin, direction})) continue;  // no ground is drawn
+        // Where ground ends and sky begins is the mesh's to say, within a pixel.
+        const double past = geo::length(geo::cross(ray.origin.m, direction)) - kRadius_m;
+        const double pixel_m = frame.view.pixelAngle() * (geo::length(ray.origin.m) - kRadius_m);
+        if (std::abs(past) < 2.0 * pixel_m + 1000.0) continue;
         const geo::Vec3 expected = reference.light(ray.origin.m, direction) * exposure;
         const Rgba8 pixel = picture.at(col, row);
         const std::array<std::uint8_t, 3> bytes{pixel.r, pixel.g, pixel.b};
         for (int band = 0; band < 3; ++band) {
           if (expected[band] < 0.02 || expected[band] > 0.58) continue;
-          const double off = std::abs(fromSrgb(bytes[static_cast<std::size_t>(band)]) / expected[band] - 1.0);
+          // Half a byte is rounding's.
+          const std::uint8_t byte = bytes[static_cast<std::size_t>(band)];
+          const double rounding = 0.55 * (fromSrgb(static_cast<std::uint8_t>(byte + 1)) - fromSrgb(byte));
+          const double off = std::max(std::abs(fromSrgb(byte) - expected[band]) - rounding, 0.0) / expected[band];
           sum += off;
           worst = std::max(worst, off);
           ++compared;
-          EXPECT_LT(off, 0.06) << col << ", " << row << ", " << band << ": " << expected[band];
+          EXPECT_LT(off, 0.15) << col << ", " << row << ", " << band << ": " << expected[band];
+          beyond += off > 0.05 ? 1 : 0;
         }
       }
     }
     EXPECT_GT(compared, atLeast);
+    EXPECT_LE(beyond, compared / 50) << "of " << compared << " off by more than 5%";
     RecordProperty("worst", std::to_string(worst));
     RecordProperty("mean", std::to_string(sum / std::max(compared, 1)));
     EXPECT_LT(sum / std::max(compared, 1), 0.025) << "of " << compared << ", worst " << worst;
@@ -177,7 +188,7 @@ TEST_F(InAir, TheSkyIsThatOfAnIntegral) {
   };
   for (const Case& c :
        {Case{2, 40, 25, 60, 50, 0, 4}, Case{2, 200, 40, 60, 20, 80, 4}, Case{2000, 90, 20, 60, 0, 60, 4},
-        Case{30e3, 90, 12, 60, 0, 40, 5}, Case{99e3, 90, 0, 60, 0, 20, 3}}) {
+        Case{30e3, 90, 12, 60, 0, 40, 5}, Case{99e3, 90, -6, 20, 0, 20, 5}}) {
     SCOPED_TRACE(c.height_m);
     const scene::Frame frame = frameOf(viewAt(sphere_, 0, 0, c.height_m, c.heading, c.pitch, kSize, c.fov),
                                        sunOver(c.sunLat, c.sunLon), thinAir(), c.stops);

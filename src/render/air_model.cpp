@@ -15,6 +15,9 @@ using geo::Vec4f;
 /// Below this an eye's air is no more than that of one which stands there.
 constexpr double kLeastOverBottom_m = 1.0;
 
+/// Above this share of the air's height an eye looks down on nearly all of it.
+constexpr double kThinAir = 0.5;
+
 /// Of matter that thins out by e in each `scale_m`, from the optical depth above height 0: what a metre at height 0
 /// takes away. What lies above the top is little, and left out.
 Vec3f aMetre(const scene::ThreeBands& depth, double scale_m) {
@@ -77,6 +80,7 @@ AirView airViewOf(const scene::Atmosphere& atmosphere, const geo::Ellipsoid& ell
   const double top = radius + atmosphere.top_m;
   const double r = std::max(radius + eye.height_m, bottom + kLeastOverBottom_m);
   const bool outside = r > top;
+  const bool isHigh = eye.height_m > kThinAir * atmosphere.top_m;
   const Vec3 side = acrossTowards(eye.up, eye.toSun);
   const double overBottom2 = (r - bottom) * (r + bottom);
   const double underTop2 = (top - r) * (top + r);
@@ -90,7 +94,9 @@ AirView airViewOf(const scene::Atmosphere& atmosphere, const geo::Ellipsoid& ell
   const double toTop = std::tan((upTo - std::atan2(sine, cosine)) / 2.0);
   return {.scale = four(scale.x, scale.y, scale.z, r),
           .up = Vec4f(Vec3f(eye.up), 1.0f),
-          .side = Vec4f(Vec3f(side), outside ? 1.0f : 0.0f),
+          .side = Vec4f(Vec3f(side), outside  ? air_shading::kEyeOutside
+                                     : isHigh ? air_shading::kEyeHigh
+                                              : air_shading::kEyeLow),
           .toSun = Vec4f(Vec3f(eye.toSun), 0.0f),
           .horizon = four(sine, cosine, 1.0 / toNadir, 1.0 / toTop),
           .top = four(topSine, topCosine, outside ? (top - bottom) * (top + bottom) : overBottom2, underTop2)};

@@ -26,7 +26,7 @@ float shareOfPlace(float place, float bending) {
 AirRay rayThroughAir(AirView view, float sine, float cosine, float past, bool meets) {
   AirRay ray;
   float r = view.scale.w;
-  bool outside = view.side.w > 0.5f;
+  bool outside = view.side.w == kEyeOutside;
   float down = r * cosine;
   float toTop2 = outside ? r * r * max((view.top.x * cosine - view.top.y * sine) * (view.top.x * cosine + view.top.y * sine), 0.0f)
                          : view.top.w + down * down;
@@ -40,7 +40,7 @@ AirRay rayThroughAir(AirView view, float sine, float cosine, float past, bool me
                           : view.top.z / max(down + bottomHalf, 1e-3f);
   ray.length = max(meets ? meetsAt : leaves, 1.0f);
   if (outside && !meets && cosine <= 0.0f) ray.length = 1.0f;
-  ray.bending = !outside ? kNearFine : meets ? kFarFine : kEven;
+  ray.bending = view.side.w == kEyeLow ? kNearFine : meets ? kFarFine : cosine > 0.0f ? kEven : kNearFine;
   ray.direction = vec2(0.0f);
   return ray;
 }
@@ -58,7 +58,8 @@ AirRay airRay(AirView view, vec3 direction, bool sky) {
   bool meets = tangent < 0.0f && !sky;
   AirRay ray = rayThroughAir(view, sine, cosine, past, meets);
   float azimuth = sqrt(clamp(0.5f - 0.5f * sideways / max(sine, 1e-9f), 0.0f, 1.0f));
-  float from = sqrt(clamp(tangent * (meets ? view.horizon.z : view.horizon.w), 0.0f, 1.0f));
+  float share = clamp(tangent * (meets ? view.horizon.z : view.horizon.w), 0.0f, 1.0f);
+  float from = meets ? sqrt(share) : pow(share, 1.0f / 3.0f);
   float row = (meets ? 0.5f : float(kViewHalf) + 0.5f) + from * float(kViewHalf - 1);
   ray.direction = vec2((0.5f + azimuth * float(kViewAzimuths - 1)) / float(kViewAzimuths), row / float(2 * kViewHalf));
   return ray;
@@ -73,7 +74,7 @@ vec3 airTablePlace(AirRay ray, float share) {
 // height that counts: triangles cut through the ground's curve, by kilometres where a pixel is as large.
 float shareToGround(AirModel air, AirView view, AirRay ray, float distance, float height) {
   float passed = distance - ray.begins;
-  if (view.side.w > 0.5f) {
+  if (view.side.w == kEyeOutside) {
     float depth = air.sphere.z - air.sphere.y;
     float over = clamp(height - air.sphere.y, 0.0f, depth);
     float bottom = air.sphere.x + air.sphere.y;

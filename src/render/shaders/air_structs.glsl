@@ -33,17 +33,21 @@ const float kPi = 3.14159265f;
 struct AirView {
   vec4 scale;    // from body axes; w: metres from the centre to the eye
   vec4 up;       // unit vector from the centre to the eye; w: light is drawn this many times as bright
-  vec4 side;     // unit vector across it, on the sun's side; w: 1 when the eye is above all air
+  vec4 side;     // unit vector across it, on the sun's side; w: how high the eye is, one of kEyeLow and so on
   vec4 toSun;    // unit vector; w: what a pixel spans, radians
   vec4 horizon;  // sine and cosine of the angle from the nadir to where the bottom ends; scales of the two halves
   vec4 top;      // sine and cosine of that to where the air ends, from above it; squares of distances from the centre:
                  // the eye's, of one above the air the top's, less the bottom's; the top's less the eye's
 };
 
+const float kEyeLow = 0.0f;
+const float kEyeHigh = 1.0f;    // in thin air
+const float kEyeOutside = 2.0f;  // above all air
+
 const int kViewAzimuths = 48;
 const int kViewHalf = 48;    // directions from the nadir to the horizon, and from there upwards
 const int kViewDistances = 16;
 
-// The dome of the sky.
-const int kSkyBands = 40;
+// The dome of the sky: its bands end where the table has rows.
+const int kSkyBands = 48;
 const int kSkyColumns = 192;

@@ -7,7 +7,7 @@ layout(binding = 1) uniform sampler2D glow;
 layout(binding = 0, rgba32f) uniform writeonly image3D airLight;
 layout(binding = 1, rgba32f) uniform writeonly image2D airDepth;  // of the first azimuth
 
-const int kStepsADistance = 1;
+const int kStepsADistance = 2;
 
 // A ray, seen from the place on it that is nearest to the centre.
 struct Line {
@@ -42,7 +42,7 @@ void main() {
   float azimuthPlace = float(texel.x) / float(kViewAzimuths - 1);
   bool meets = texel.y < kViewHalf;
   float from = float(meets ? texel.y : texel.y - kViewHalf) / float(kViewHalf - 1);
-  float tangent = from * from / (meets ? airView.horizon.z : airView.horizon.w);
+  float tangent = meets ? from * from / airView.horizon.z : from * from * from / airView.horizon.w;
   // Angle past the horizon out of the tangent of its half, and from there the ray.
   float scale = 1.0 / (1.0 + tangent * tangent);
   float past = 2.0 * tangent * scale;

@@ -10,7 +10,7 @@ const float kBelowHorizon = 0.2;  // of the tangent of half the angle to the nad
 
 vec3 domeDirection(int column, int row) {
   float upwards = float(max(row - 1, 0)) / float(kSkyBands - 1);
-  float tangent = row == 0 ? kBelowHorizon / airView.horizon.z : upwards * upwards / airView.horizon.w;
+  float tangent = row == 0 ? kBelowHorizon / airView.horizon.z : upwards * upwards * upwards / airView.horizon.w;
   float scale = 1.0 / (1.0 + tangent * tangent);
   float past = 2.0 * tangent * scale;
   float pastCosine = (1.0 - tangent * tangent) * scale;
