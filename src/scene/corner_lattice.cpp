@@ -89,7 +89,8 @@ void CornerLattice::meetCoarser(const Places& places, const Leaf& leaf) {
 bool CornerLattice::settle(const CornerLattice* last, float step) {
   bool atGoals = true;
   for (Corner& c : corners_) {
-    const float goal = c.coarsestDrawn < c.finest ? 0.0f : c.goal;
+    // What is coarser still cannot take the place of the finest: it is joined to them as they are.
+    const float goal = c.coarsestDrawn + 1 == c.finest ? 0.0f : c.goal;
     c.value = goal;
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
     if (before == nullptr && !c.fromParent) continue;

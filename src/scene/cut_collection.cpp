@@ -44,12 +44,12 @@ class Collection {
       isTooCoarse_ = isTooCoarse_ || (node.seen && node.need > 1.0);
       CornerLattice::Leaf corners{.id = node.id, .drawn = node.isDrawn()};
       if (corners.drawn) {
-        corners.coarseEdges = coarseEdgesOf(i);
+        corners.coarseEdges = coarseEdgesOf(i, 1);
         corners.isPart = node.part;
         corners.fromParent = node.before == Before::above;
         corners.goal = goalOf(node);
         corners.speed = speedOf(node);
-        leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
+        leaves_.push_back({.node = i, .coarseEdges = coarseEdgesOf(i, tiling::kMaxLevel)});
       }
       if (!usesCorners_) continue;
       corners_.add(node.facts->corners, corners, corners.drawn ? &leaves_.back().places : nullptr);
@@ -90,12 +90,14 @@ class Collection {
     std::ranges::sort(out_.joined, {}, [](const JoinedEdge& j) { return std::tuple(j.coarse, j.fine, j.edge); });
   }
 
-  std::uint8_t coarseEdgesOf(int node) {
+  /// Across which the surface that is drawn is coarser, by so many levels at most.
+  std::uint8_t coarseEdgesOf(int node, int levels) {
     unsigned mask = 0;
     if (forest_.at(node).part) return 0;
     for (std::size_t e = 0; e < tiling::kEdges.size(); ++e) {
       const CutNode& beyond = forest_.at(forest_.covering(node, e));
-      if (beyond.surfaceLevel() < forest_.at(node).id.level && beyond.isDrawn()) mask |= 1u << e;
+      const int coarser = forest_.at(node).id.level - beyond.surfaceLevel();
+      if (coarser > 0 && coarser <= levels && beyond.isDrawn()) mask |= 1u << e;
     }
     return static_cast<std::uint8_t>(mask);
   }
