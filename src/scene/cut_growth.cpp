@@ -292,7 +292,7 @@ class Growth {
       prefetchBelow(id, children, priority);
       return false;
     }
-    if (!balanced && !stays) return false;
+    if (!balanced && (!stays || refused_)) return false;
     if (!atAnyCost && !mayCopy(children, at(node))) {
       refused_ = true;
       return false;
