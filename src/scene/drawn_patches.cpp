@@ -55,8 +55,8 @@ std::shared_ptr<const TerrainMesh> DrawnPatches::patch(const MeshPart& base, std
   Key key{base.mesh->serial, numberOf(base), coarseEdges};
   for (const FinerEdge& each : finer) {
     const std::uint64_t edges = (std::uint64_t{each.edge} << 8u) | each.finerEdge;
-    key.insert(key.end(), {each.finer.mesh->serial, numberOf(each.finer), edges, std::bit_cast<std::uint64_t>(each.from),
-                           std::bit_cast<std::uint64_t>(each.to)});
+    key.insert(key.end(), {each.finer.mesh->serial, numberOf(each.finer), edges,
+                           std::bit_cast<std::uint64_t>(each.from), std::bit_cast<std::uint64_t>(each.to)});
   }
   auto& mesh = now_[key];
   const auto before = last_.find(key);

@@ -49,10 +49,9 @@ DrawnTile FrameTiles::made(const tiling::TileId& id, const TileContent& content,
   for (const std::uint32_t layer : order_) {
     const LayerPicture* picture = layer < content.pictures.size() ? &content.pictures[layer] : nullptr;
     if (picture == nullptr || !picture->image) continue;
-    frame_->pictures.push_back(
-        {.image = picture->image,
-         .window = windowIn(id, picture->level, maker.colours.pixels(layer), raster::kGutter),
-         .layer = layer});
+    frame_->pictures.push_back({.image = picture->image,
+                                .window = windowIn(id, picture->level, maker.colours.pixels(layer), raster::kGutter),
+                                .layer = layer});
     ++out.pictureCount;
   }
   if (out.relief) out.reliefWindow = windowIn(id, content.reliefLevel, maker.ground.cells(), 0.5);

@@ -153,8 +153,9 @@ void expectWatertight(const Frame& frame, const Tiling& tiling) {
   };
   for (const DrawnTile& tile : frame.tiles)
     drawn.insert(tile.id);
-  forEachSide(
-      [&](const DrawnTile&, std::optional<tiling::Edge>, const Bits& a, const Bits& b) { sides.insert({a, b}); });
+  forEachSide([&](const DrawnTile&, std::optional<tiling::Edge>, const Bits& a, const Bits& b) {
+    sides.insert({a, b});
+  });
   int open = 0;
   forEachSide([&](const DrawnTile& tile, std::optional<tiling::Edge> edge, const Bits& a, const Bits& b) {
     if (a == b || sides.count({b, a}) != 0) return;
