@@ -60,6 +60,10 @@ void CornerLattice::add(const TileCorners& tile, const Leaf& leaf, Places* told)
       c.goal = 0.0f;
     }
     if (!leaf.drawn) continue;
+    if (leaf.isPart) {
+      c.coarsestDrawn = std::min(c.coarsestDrawn, static_cast<std::int8_t>(level - 1));
+      continue;
+    }
     c.fromParent = c.fromParent || leaf.fromParent;
     c.speed = std::max(c.speed, leaf.speed);
     c.coarsestDrawn = std::min(c.coarsestDrawn, level);
@@ -85,7 +89,8 @@ void CornerLattice::meetCoarser(const Places& places, const Leaf& leaf) {
 bool CornerLattice::settle(const CornerLattice* last, float step) {
   bool atGoals = true;
   for (Corner& c : corners_) {
-    const float goal = c.coarsestDrawn < c.finest ? 0.0f : c.goal;
+    // What is coarser still cannot take the place of the finest: it is joined to them as they are.
+    const float goal = c.coarsestDrawn + 1 == c.finest ? 0.0f : c.goal;
     c.value = goal;
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
     if (before == nullptr && !c.fromParent) continue;
@@ -100,6 +105,11 @@ const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {
   if (corners_.empty()) return nullptr;
   const std::uint32_t place = slots_[slotOf(key)];
   return place == kFreeSlot ? nullptr : &corners_[place];
+}
+
+bool CornerLattice::hasFiner(CornerKey corner, int level) const {
+  const Corner* found = find(corner);
+  return found != nullptr && level < found->finest;
 }
 
 float CornerLattice::valueAt(CornerKey corner, int level) const {

@@ -31,6 +31,7 @@ class CornerLattice {
     /// show.
     bool drawn = true;
     std::uint8_t coarseEdges = 0;  ///< bit e: what is drawn across tiling::Edge e is one level coarser
+    bool isPart = false;           ///< drawn as a part of its parent's mesh
     bool fromParent = false;       ///< at the last frame the place was drawn by a coarser tile: new corners begin at 0
     float goal = 1.0f;
     float speed = 1.0f;  ///< how many times the usual step its values may take, >= 1
@@ -45,6 +46,8 @@ class CornerLattice {
 
   /// 0 where no tile of this level has the corner, 1 where finer ones have.
   float valueAt(CornerKey corner, int level) const;
+  /// A tile finer than this level has the corner.
+  bool hasFiner(CornerKey corner, int level) const;
   /// Of a tile that was added.
   std::array<float, 4> valuesAt(const Places& places, int level) const {
     return {valueIn(corners_[places[0]], level), valueIn(corners_[places[1]], level),

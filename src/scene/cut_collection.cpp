@@ -1,6 +1,7 @@
 #include "scene/cut_collection.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "scene/cut_past.h"
 
@@ -25,8 +26,9 @@ class Collection {
   void run() {
     addLeaves();
     if (usesCorners_) settleCorners();
-    for (const DrawnLeaf& leaf : leaves_)
+    for (DrawnLeaf& leaf : leaves_)
       draw(leaf);
+    if (history_ != nullptr) join();
     // What was only to be made ready for a later split leaves nothing too coarse.
     out_.cappedByBudget = out_.cappedByBudget && (isTooCoarse_ || out_.maxScreenError_px > options_.tolerance_px);
     if (history_ != nullptr) remember(forest_, *history_->now);
@@ -42,35 +44,60 @@ class Collection {
       isTooCoarse_ = isTooCoarse_ || (node.seen && node.need > 1.0);
       CornerLattice::Leaf corners{.id = node.id, .drawn = node.isDrawn()};
       if (corners.drawn) {
-        corners.coarseEdges = coarseEdgesOf(i);
+        corners.coarseEdges = coarseEdgesOf(i, 1);
+        corners.isPart = node.part;
         corners.fromParent = node.before == Before::above;
         corners.goal = goalOf(node);
         corners.speed = speedOf(node);
-        leaves_.push_back({.node = i, .coarseEdges = corners.coarseEdges});
+        leaves_.push_back({.node = i, .coarseEdges = coarseEdgesOf(i, tiling::kMaxLevel)});
       }
       if (!usesCorners_) continue;
       corners_.add(node.facts->corners, corners, corners.drawn ? &leaves_.back().places : nullptr);
     }
   }
 
-  void draw(const DrawnLeaf& leaf) {
+  void draw(DrawnLeaf& leaf) {
     const CutNode& node = forest_.at(leaf.node);
     SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges};
-    if (usesCorners_ && node.parent >= 0) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    if (node.part) tile.over = forest_.at(node.parent).facts;
+    if (usesCorners_ && node.parent >= 0 && !node.part) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    if (!node.shown && node.part) return;
     if (!node.shown) {
       out_.soon.push_back(tile);
       return;
     }
     tile.error_px = drawnError_px(node, tile.morph);
     out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
+    leaf.drawn = static_cast<int>(out_.drawn.size());
     out_.drawn.push_back(tile);
   }
 
-  std::uint8_t coarseEdgesOf(int node) {
+  /// A mesh has edges for what is one level finer, and a part of one none but its own.
+  void join() {
+    for (const DrawnLeaf& leaf : leaves_) {
+      const CutNode& node = forest_.at(leaf.node);
+      const int fewest = node.part ? 1 : 2;
+      for (std::size_t e = 0; leaf.drawn >= 0 && e < tiling::kEdges.size(); ++e) {
+        const int beyond = forest_.covering(leaf.node, e);
+        const CutNode& coarse = forest_.at(beyond);
+        if (!coarse.isDrawn() || !coarse.shown || coarse.surfaceLevel() + fewest > node.surfaceLevel()) continue;
+        const auto ofCoarse = std::ranges::lower_bound(leaves_, beyond, {}, &DrawnLeaf::node);
+        out_.joined.push_back({.coarse = static_cast<std::uint32_t>(ofCoarse->drawn),
+                               .fine = static_cast<std::uint32_t>(leaf.drawn),
+                               .edge = static_cast<std::uint8_t>(e)});
+      }
+    }
+    std::ranges::sort(out_.joined, {}, [](const JoinedEdge& j) { return std::tuple(j.coarse, j.fine, j.edge); });
+  }
+
+  /// Across which the surface that is drawn is coarser, by so many levels at most.
+  std::uint8_t coarseEdgesOf(int node, int levels) {
     unsigned mask = 0;
+    if (forest_.at(node).part) return 0;
     for (std::size_t e = 0; e < tiling::kEdges.size(); ++e) {
       const CutNode& beyond = forest_.at(forest_.covering(node, e));
-      if (beyond.id.level + 1 == forest_.at(node).id.level && beyond.isDrawn()) mask |= 1u << e;
+      const int coarser = forest_.at(node).id.level - beyond.surfaceLevel();
+      if (coarser > 0 && coarser <= levels && beyond.isDrawn()) mask |= 1u << e;
     }
     return static_cast<std::uint8_t>(mask);
   }
@@ -108,6 +135,7 @@ class Collection {
   /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
   double drawnError_px(const CutNode& node, const std::array<float, 4>& morph) const {
     if (node.parent < 0) return node.error_px;
+    if (node.part) return pixelsAcross(forest_.at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
     const double least = static_cast<double>(*std::min_element(morph.begin(), morph.end()));
     const double ofParent = pixelsAcross(forest_.at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
     return node.error_px + (1.0 - least) * std::max(ofParent - node.error_px, 0.0);
@@ -118,7 +146,7 @@ class Collection {
     for (int i = node.firstChild; i < node.firstChild + 4; ++i) {
       const CutNode& child = forest_.at(i);
       if (child.firstChild >= 0) return false;
-      if (child.isDrawn() && !isOnParentsSurface(*child.facts, child.id.level, corners_)) return false;
+      if (child.isDrawn() && !child.part && !isOnParentsSurface(*child.facts, child.id.level, corners_)) return false;
     }
     return true;
   }
@@ -128,7 +156,7 @@ class Collection {
                              ? corners_.settle(&history_->last->corners, static_cast<float>(history_->step))
                              : corners_.settle(nullptr, 1.0f);
     out_.morphing = !atGoals || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
-      return n.waits || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
+      return n.waits || (n.part && n.facts->drawable) || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
     });
   }
 

@@ -8,6 +8,7 @@ namespace tellurion::scene {
 
 struct DrawnLeaf {
   int node = 0;
+  int drawn = -1;                  ///< which of Selection::drawn, -1: none
   std::uint8_t coarseEdges = 0;    ///< as SelectedTile has it
   CornerLattice::Places places{};  ///< of its corners
 };

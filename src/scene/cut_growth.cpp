@@ -26,6 +26,7 @@ class Growth {
       : rules_(rules),
         options_(rules.options),
         past_(rules.past),
+        holdsAllReady_(past_.isKnown() && !options_.isNested),
         forest_(buffers.forest),
         queue_(buffers.queue),
         costly_(buffers.costly),
@@ -177,13 +178,14 @@ class Growth {
         over != nullptr ? over->id.child(which) : tiling::TileId{.level = 0, .root = static_cast<std::uint8_t>(which)};
     look(node, over);
     past_.recall(node, over);
+    node.part = over != nullptr && node.seen && past_.isKnown() && (!facts->drawable || past_.staysPart(node));
     // What is only there until it looks like its parent asks for nothing below it.
-    if (over != nullptr && over->kept) node.need = std::min(node.need, 1.0);
+    if (over != nullptr && (over->kept || node.part)) node.need = std::min(node.need, 1.0);
     count(node, 1);
     tally_.copies_bytes += copiesOf(node);
     if (node.need > 1.0) {
       enqueue({.need = node.need, .id = node.id, .node = index});
-    } else if (node.before == Before::below && node.isDrawn() &&
+    } else if (node.before == Before::below && node.isDrawn() && !node.part &&
                (stage_ != Stage::whole || !past_.isBackOnItsSurface(node, rules_.tree.children(node.id, *facts)))) {
       enqueue({.need = kKeptNeed, .id = node.id, .node = index, .kept = true});
     }
@@ -221,15 +223,15 @@ class Growth {
   double urgencyOf(const TileFacts& facts, double need) const { return std::min(need, 1.0) * shareOf(facts); }
   double shareOf(const TileFacts& facts) const { return std::max(rules_.sight.share(facts), kLeastShare); }
 
-  /// The four children are there, or are asked for: with one urgency, since the last of them counts. Without a history,
-  /// only those that may be seen have to be. `cause`: whose better ground they are for.
+  /// The children that may be seen are there, or are asked for: with one urgency, since the last of them counts.
+  /// `cause`: whose better ground they are for.
   bool areReady(const tiling::TileId& id, const TileChildren& children, std::uint8_t inside, const TileFacts& cause,
                 double need) {
     bool ready = true;
     double urgency = 0.0;
     for (int q = 0; q < 4; ++q) {
       TileFacts& child = *children[static_cast<std::size_t>(q)];
-      if (child.drawable || (!past_.isKnown() && !rules_.sight.maySee(child, inside))) continue;
+      if (child.drawable || (!holdsAllReady_ && !rules_.sight.maySee(child, inside))) continue;
       if (ready) urgency = urgencyOf(cause, need);
       want(id.child(q), urgency);
       ready = false;
@@ -278,7 +280,9 @@ class Growth {
     }
     const TileChildren children = rules_.tree.children(id, *at(node).facts);
     if (!affords(at(node), children, priority)) return false;
-    if (!areReady(id, children, at(node).inside, *at(cause_).facts, priority)) return false;
+    const bool isReady = areReady(id, children, at(node).inside, *at(cause_).facts, priority);
+    const bool stays = staysFiner(at(node), children);
+    if (!isReady && !stays) return false;
     const std::size_t nodes = forest_.nodes.size();
     const bool balanced = splitCoarserAround(node, priority, atAnyCost);
     // What lies around it may have taken the rest.
@@ -288,7 +292,7 @@ class Growth {
       prefetchBelow(id, children, priority);
       return false;
     }
-    if (!balanced) return false;
+    if (!balanced && (!stays || refused_)) return false;
     if (!atAnyCost && !mayCopy(children, at(node))) {
       refused_ = true;
       return false;
@@ -311,14 +315,22 @@ class Growth {
     at(node).firstChild = first;
   }
 
-  /// What is out of view counts only where there is a history: an eye that turns is to find it fit.
+  /// It was drawn as finer tiles, or has just come into view, and some of them are here. So it is drawn as those,
+  /// whatever is not here beside them: of that a part of this tile's mesh is drawn, or the coarser tile next to it,
+  /// joined to the finer ones.
+  bool staysFiner(const CutNode& node, const TileChildren& children) const {
+    return !holdsAllReady_ && past_.isKnown() && (node.before == Before::below || node.before == Before::nowhere) &&
+           std::ranges::any_of(children, &TileFacts::drawable);
+  }
+
+  /// What is out of view does not count, unless nothing coarser can be joined to it when it comes into view.
   bool splitCoarserAround(int node, double priority, bool atAnyCost) {
     const int level = at(node).id.level;
     bool balanced = true;
     for (std::size_t place = 0; place < kAround; ++place) {
       bool goesOn = true;
       for (int cover = forest_.covering(node, place);
-           goesOn && cover >= 0 && at(cover).id.level < level && (past_.isKnown() || at(cover).seen);
+           goesOn && cover >= 0 && at(cover).id.level < level && (holdsAllReady_ || at(cover).seen);
            cover = forest_.covering(node, place))
         goesOn = split(cover, priority, atAnyCost);
       balanced = balanced && goesOn;  // what the others miss is asked for at once
@@ -341,6 +353,9 @@ class Growth {
   const GrowthRules& rules_;
   const CutOptions& options_;
   const CutPast& past_;
+  /// An eye that turns is to find all fit: tiles with all four of their children, and with neighbours that fit them.
+  /// Needed only where levels disagree about the ground (CutOptions::isNested): nothing else can be joined there.
+  bool holdsAllReady_;
   CutForest& forest_;
   std::vector<WaitingNode>& queue_;
   std::vector<WaitingNode>& costly_;

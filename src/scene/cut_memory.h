@@ -12,7 +12,8 @@ namespace tellurion::scene {
 /// from the roots down. One thread.
 class CutMemory {
  public:
-  enum class Was : std::uint8_t { nowhere, leaf, split };  ///< drawn itself; drawn as finer tiles
+  /// Drawn itself; drawn as a part of its parent's mesh; drawn as finer tiles.
+  enum class Was : std::uint8_t { nowhere, leaf, part, split };
 
   CornerLattice corners;
 

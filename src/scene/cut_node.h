@@ -38,6 +38,7 @@ struct alignas(64) CutNode {
   Before before = Before::nowhere;
   std::uint8_t inside = 0;  ///< planes of the frustum that all of it lies within
   std::uint8_t insidePicture = 0;
+  bool part = false;  ///< it is not here: drawn is that quarter of its parent's mesh
   /// The deepest nodes known to hold the places of TileFacts::around; -1 where nothing is. Set by who adds the node.
   std::array<int, kAround> around;
   double error_px = 0.0;
@@ -47,7 +48,9 @@ struct alignas(64) CutNode {
   /// With morphing, where nothing is remembered: its need, or what its neighbours will ask of it.
   float due = 0.0f;
 
-  bool isDrawn() const { return firstChild < 0 && seen && facts->drawable; }
+  bool isDrawn() const { return firstChild < 0 && seen && (part || facts->drawable); }
+  /// Of the surface that it is drawn as.
+  int surfaceLevel() const { return part ? id.level - 1 : id.level; }
 };
 static_assert(sizeof(CutNode) == 128);
 

@@ -18,6 +18,9 @@ class CutPast {
   bool isKnown() const { return history_ != nullptr; }
   /// Fills in what the node was. `parent` is null for a root.
   void recall(CutNode& node, const CutNode* parent) const;
+  /// It was drawn as a part of its parent's mesh, and what lies around it has not gone to that surface yet: its own
+  /// would not look like that.
+  bool staysPart(const CutNode& node) const;
   /// Of a node that was drawn as finer tiles: all of its children that were drawn look like it.
   bool isBackOnItsSurface(const CutNode& node, const TileChildren& children) const;
   /// A tile that was drawn may be split once it has left its parent's surface, and when what touches its children and

@@ -41,32 +41,33 @@ DrawnTile FrameTiles::movedOver(DrawnTile& last) {
   return out;
 }
 
-DrawnTile FrameTiles::made(const TileRecord& record, const ContentMaker& maker) {
-  const TileContent& content = *record.content;
-  DrawnTile out{.id = record.id,
+DrawnTile FrameTiles::made(const tiling::TileId& id, const TileContent& content, const ContentMaker& maker) {
+  DrawnTile out{.id = id,
                 .mesh = content.mesh,
                 .firstPicture = static_cast<std::uint32_t>(frame_->pictures.size()),
                 .relief = content.relief};
   for (const std::uint32_t layer : order_) {
     const LayerPicture* picture = layer < content.pictures.size() ? &content.pictures[layer] : nullptr;
     if (picture == nullptr || !picture->image) continue;
-    frame_->pictures.push_back(
-        {.image = picture->image,
-         .window = windowIn(record.id, picture->level, maker.colours.pixels(layer), raster::kGutter),
-         .layer = layer});
+    frame_->pictures.push_back({.image = picture->image,
+                                .window = windowIn(id, picture->level, maker.colours.pixels(layer), raster::kGutter),
+                                .layer = layer});
     ++out.pictureCount;
   }
-  if (out.relief) out.reliefWindow = windowIn(record.id, content.reliefLevel, maker.ground.cells(), 0.5);
+  if (out.relief) out.reliefWindow = windowIn(id, content.reliefLevel, maker.ground.cells(), 0.5);
   return out;
 }
 
 void FrameTiles::add(const SelectedTile& tile, const ContentMaker& maker) {
+  if (isSoon_ && tile.over != nullptr) return;
   auto& record = static_cast<TileRecord&>(*tile.facts);
-  DrawnTile* last = lastOf(record);
+  const auto& content = tile.over != nullptr ? static_cast<const TileRecord&>(*tile.over).content : record.content;
+  DrawnTile* last = tile.over == nullptr ? lastOf(record) : nullptr;
   const std::size_t at = record.drawnAt;
-  DrawnTile out = last != nullptr ? movedOver(*last) : made(record, maker);
+  DrawnTile out = last != nullptr ? movedOver(*last) : made(tile.id, *content, maker);
+  if (out.mesh != content->mesh) out.mesh = content->mesh;  // the last frame had a patch
   record.drawnAt = static_cast<std::uint32_t>(contents_.size());
-  contents_.push_back(last != nullptr ? std::move(lastContents_[at]) : record.content);
+  contents_.push_back(last != nullptr ? std::move(lastContents_[at]) : content);
   out.coarseEdges = tile.coarseEdges;
   out.morph = tile.morph;
   out.error_px = tile.error_px;

@@ -17,7 +17,9 @@ class FrameTiles {
   /// Empties the frame's tiles, what comes soon and their pictures, to fill it again; the frame must be the same one
   /// each time. order: of the imagery layers, bottom first; must stay while the frame is filled.
   void begin(Frame& frame, std::span<const std::uint32_t> order);
-  /// Behind the tiles, and behind what comes soon once that was begun. The tile has content.
+  /// Behind the tiles, and behind what comes soon once that was begun. The tile has content, or the one over it has,
+  /// of which it is then drawn (SelectedTile::over) with all of its mesh, until it gets that part of it; that does not
+  /// come soon.
   void add(const SelectedTile& tile, const ContentMaker& maker);
   /// What is added from here on is not drawn, but comes soon.
   void beginSoon() { isSoon_ = true; }
@@ -26,7 +28,7 @@ class FrameTiles {
 
  private:
   DrawnTile* lastOf(const TileRecord& record);
-  DrawnTile made(const TileRecord& record, const ContentMaker& maker);
+  DrawnTile made(const tiling::TileId& id, const TileContent& content, const ContentMaker& maker);
   DrawnTile movedOver(DrawnTile& last);
 
   Frame* frame_ = nullptr;

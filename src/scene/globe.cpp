@@ -10,6 +10,7 @@
 
 #include "geo/sun.h"
 #include "raster/service_url.h"
+#include "scene/drawn_patches.h"
 #include "scene/frame_tiles.h"
 #include "scene/generation.h"
 #include "scene/layer_roster.h"
@@ -105,6 +106,7 @@ struct Globe::State {
   std::vector<std::uint32_t> imageryOrder;  ///< bottom first
   Frame frame;
   FrameTiles frameTiles;  ///< fills it
+  DrawnPatches patches;   ///< likewise, after that
   io::Executor executor;  ///< last: its workers use what stands above
 };
 
@@ -241,6 +243,7 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frameTiles.begin(frame, imageryOrder);
   for (const SelectedTile& tile : selection.drawn)
     frameTiles.add(tile, maker);
+  patches.apply(selection, maker.tiling, frame);
   fillSoon(selection);
 }
 
@@ -285,8 +288,10 @@ void Globe::State::fillDebug(const CutOptions& options) {
   debug.tolerance_px = std::isfinite(options.tolerance_px) ? options.tolerance_px : 1.0;
   debug.boxes.clear();
   if (!debug.views.has(DebugView::boxes)) return;
-  for (const DrawnTile& tile : frame.tiles)
-    debug.boxes.push_back(shown->forest.record(tile.id).tightBox);
+  for (const DrawnTile& tile : frame.tiles) {
+    const TileRecord& record = shown->forest.record(tile.id);
+    debug.boxes.push_back(record.drawable ? record.tightBox : record.box);
+  }
 }
 
 namespace {

@@ -119,6 +119,15 @@ void expectWhole(const Frame& frame, const Tiling& tiling, std::mt19937_64& rand
 
 using Bits = std::array<double, 3>;
 
+/// That a side between two vertices lies on; nothing: inside of the tile.
+std::optional<tiling::Edge> edgeOf(const TerrainVertex& a, const TerrainVertex& b) {
+  if (a.t == 0 && b.t == 0) return tiling::Edge::top;
+  if (a.s == kPlaceUnits && b.s == kPlaceUnits) return tiling::Edge::right;
+  if (a.t == kPlaceUnits && b.t == kPlaceUnits) return tiling::Edge::bottom;
+  if (a.s == 0 && b.s == 0) return tiling::Edge::left;
+  return std::nullopt;
+}
+
 /// No crack: every side of a drawn triangle is the side of another one, the other way round and the same to the last
 /// bit, unless what lies beyond is not drawn.
 void expectWatertight(const Frame& frame, const Tiling& tiling) {
@@ -136,24 +145,25 @@ void expectWatertight(const Frame& frame, const Tiling& tiling) {
         const IndexRange range = group == 4 ? mesh.interior : (coarse ? mesh.coarseEdge : mesh.fineEdge)[group];
         for (std::uint32_t i = range.first; i < range.first + range.count; i += 3) {
           for (std::uint32_t k = 0; k < 3; ++k)
-            visit(tile, group, place(i + k), place(i + (k + 1) % 3));
+            visit(tile, edgeOf(mesh.vertices[mesh.indices[i + k]], mesh.vertices[mesh.indices[i + (k + 1) % 3]]),
+                  place(i + k), place(i + (k + 1) % 3));
         }
       }
     }
   };
   for (const DrawnTile& tile : frame.tiles)
     drawn.insert(tile.id);
-  forEachSide([&](const DrawnTile&, std::size_t, const Bits& a, const Bits& b) { sides.insert({a, b}); });
+  forEachSide([&](const DrawnTile&, std::optional<tiling::Edge>, const Bits& a, const Bits& b) {
+    sides.insert({a, b});
+  });
   int open = 0;
-  forEachSide([&](const DrawnTile& tile, std::size_t group, const Bits& a, const Bits& b) {
+  forEachSide([&](const DrawnTile& tile, std::optional<tiling::Edge> edge, const Bits& a, const Bits& b) {
     if (a == b || sides.count({b, a}) != 0) return;
-    if (group == 4) {
-      ++open;
-      return;
-    }
-    const TileId beyond = tiling.edgeNeighbour(tile.id, tiling::kEdges[group]).tile;
-    const bool coarser = beyond.level > 0 && drawn.count(beyond.parent()) != 0;
-    open += coarser || drawn.count(beyond) != 0 ? 1 : 0;
+    bool isOpen = !edge;
+    TileId beyond = edge ? tiling.edgeNeighbour(tile.id, *edge).tile : TileId{};
+    for (; !isOpen && beyond.level > 0; beyond = beyond.parent())
+      isOpen = drawn.count(beyond) != 0;
+    open += isOpen || drawn.count(beyond) != 0 ? 1 : 0;
   });
   ASSERT_EQ(open, 0);
 }
@@ -295,6 +305,11 @@ TEST_P(GlobeOnTiling, nothingPopsInFlight) {
   EXPECT_EQ(settled(*late.globe), settled(*direct.globe));
 }
 
+/// It is not drawn as the mesh that was made with it: all of it is interior.
+bool isPatched(const DrawnTile& tile) {
+  return std::ranges::all_of(tile.mesh->fineEdge, [](const IndexRange& edge) { return edge.count == 0; });
+}
+
 /// Where the eye turns to, hardly anything has come yet: what was in the picture before stays as fine as it was, but
 /// for what is fine enough coarser or on its way there.
 TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
@@ -312,6 +327,7 @@ TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
     for (const DrawnTile& tile : look(0.0, 1e6).tiles)
       before.insert(tile.id);
     int wanted = 0;
+    int patches = 0;
     p.elevation->delay = [](const TileId&) { std::this_thread::sleep_for(30ms); };
     for (int k = 0; k < 5; ++k) {
       const Frame& frame = look(geo::uniform(random, -40, 40), 1e6 + k);
@@ -325,8 +341,29 @@ TEST_P(GlobeOnTiling, groundThatWasFineStaysFineWhenTheEyeTurns) {
         }
       }
       wanted += frame.statistics.tilesWanted;
+      patches += static_cast<int>(std::ranges::count_if(frame.tiles, isPatched));
     }
     EXPECT_GT(wanted, 0) << "else this says nothing";
+    EXPECT_GT(patches, 0) << "likewise";
+  }
+}
+
+/// With a clock no more is loaded of a view that stays than without: what it does not show is not held ready.
+TEST_P(GlobeOnTiling, aViewByTheClockLoadsWhatItNeedsByPlace) {
+  for (const auto& [height_m, pitch] : {std::pair(60e3, -35.0), {300e3, -60.0}}) {
+    const View view = viewFrom(46.6, 8.0, height_m, 40.0, pitch);
+    const Planet byPlace = planetOf(GetParam(), {.workers = 2});
+    loaded(*byPlace.globe, view);
+    const Planet byClock = planetOf(GetParam(), {.workers = 2});
+    const auto end = std::chrono::steady_clock::now() + 30s;
+    for (double t = 0.0; !byClock.globe->update(view, {.time_s = t}).complete; t += 0.1) {
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << "never complete";
+      byClock.globe->waitForArrivals(20ms);
+    }
+    for (const auto source : {&Planet::elevation, &Planet::imagery}) {
+      const std::size_t needed = ((byPlace.*source)->requests()).size();
+      EXPECT_LE(((byClock.*source)->requests()).size(), needed + needed / 10);
+    }
   }
 }
 

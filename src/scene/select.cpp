@@ -9,10 +9,12 @@ namespace tellurion::scene {
 void clear(Selection& out) {
   Selection fresh;
   std::swap(fresh.drawn, out.drawn);
+  std::swap(fresh.joined, out.joined);
   std::swap(fresh.soon, out.soon);
   std::swap(fresh.wanted, out.wanted);
   std::swap(fresh.rootShares, out.rootShares);
   fresh.drawn.clear();
+  fresh.joined.clear();
   fresh.soon.clear();
   fresh.wanted.clear();
   fresh.rootShares.clear();

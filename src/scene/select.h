@@ -96,6 +96,15 @@ struct SelectedTile {
   std::uint8_t coarseEdges = 0;  ///< bit e: the neighbour across tiling::Edge e is one level coarser
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
   double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
+  TileFacts* over = nullptr;  ///< the tile over it, where that quarter of its mesh is drawn instead; else null
+};
+
+/// Where a drawn tile is next to one that is finer than its mesh has an edge for: the vertices that the finer one's
+/// coarse edge has there have to be its vertices too.
+struct JoinedEdge {
+  std::uint32_t coarse = 0;  ///< of Selection::drawn
+  std::uint32_t fine = 0;    ///< likewise
+  std::uint8_t edge = 0;     ///< tiling::Edge of the finer one
 };
 
 struct WantedTile {
@@ -108,6 +117,7 @@ struct WantedTile {
 /// A cut through the forest: drawn are its leaves that may be seen.
 struct Selection {
   std::vector<SelectedTile> drawn;
+  std::vector<JoinedEdge> joined;       ///< with a history only, where tiles come into the picture that are not here
   std::vector<SelectedTile> soon;       ///< drawn if they were in the picture: those in the margin
   std::uint64_t spareCopies_bytes = 0;  ///< what drawing leaves of CutOptions::copies_bytes
   std::vector<WantedTile> wanted;       ///< not loaded yet, each once, most urgent first
@@ -140,10 +150,11 @@ struct CutHistory {
 /// theirs too. What is drawn already is split as it was; what else the copies allow is split worst first. A pure
 /// function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
 /// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
-/// become their parent only once they are back on its; and what is not seen is held ready for an eye that turns: all
-/// four children are waited for, and all neighbours are at most one level apart. occluderDepth_m: how far below the
-/// ellipsoid the deepest ground of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be
-/// there).
+/// become their parent only once they are back on its; and what was drawn finer stays so beside what comes into view and
+/// is not loaded: parts of parents' meshes (SelectedTile::over), and neighbours more than one level apart, that are then
+/// `joined`. Where ground is not nested all is held ready for an eye that turns instead: all four children are waited
+/// for, and all neighbours are at most one level apart. occluderDepth_m: how far below the ellipsoid the deepest ground
+/// of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);

@@ -52,21 +52,13 @@ EdgeFlags flagsOfEdges(const SurfaceGrid& grid, int step, double tolerance_m, bo
   return flags;
 }
 
-/// Edges that lie on their parent's edges; the two others run through its middle, and their coarse variants are never
-/// drawn.
-bool isOnParentsEdge(const tiling::TileId& id, int edge) {
-  const bool right = (id.quadrant() & 1) != 0;
-  const bool bottom = (id.quadrant() >> 1) != 0;
-  return edge == 0 ? !bottom : edge == 1 ? right : edge == 2 ? bottom : !right;
-}
-
 /// All vertices that the parent has on the tile's edges. On the parent's own edges they are what a coarser neighbour
 /// has, whatever that knows of the ground: where samples of parents are samples of their children, what flagsOfEdges
-/// finds. Through its middle the parent may have more, for the sake of the ground beside the line.
-void takeParentsFlags(const tiling::TileId& id, const ParentSurface& parent, EdgeFlags& coarse, EdgeFlags& fine) {
+/// finds. Through its middle the parent may have more, for the sake of the ground beside the line; there a coarse edge
+/// is drawn where a part of the parent's mesh stands for the tile beyond (patchMesh).
+void takeParentsFlags(const ParentSurface& parent, EdgeFlags& coarse, EdgeFlags& fine) {
   for (int edge = 0; edge < 4; ++edge) {
     const auto e = static_cast<std::size_t>(edge);
-    const bool isCoarse = isOnParentsEdge(id, edge);
     const auto cells = static_cast<int>(fine[e].size()) - 1;
     for (int i = 0; i <= cells; ++i) {
       const GridPoint p = edgePoint(edge, i, cells);
@@ -74,7 +66,7 @@ void takeParentsFlags(const tiling::TileId& id, const ParentSurface& parent, Edg
           parent.isVertex[static_cast<std::size_t>(p.row * (cells + 1)) + static_cast<std::size_t>(p.col)];
       const auto at = static_cast<std::size_t>(i);
       fine[e][at] = fine[e][at] | has;
-      if (isCoarse) coarse[e][at] = has;
+      coarse[e][at] = has;
     }
   }
 }
@@ -244,7 +236,7 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
   if (parent != nullptr) from = parentSurface(*parent, vertexStep_m, grid.id.quadrant(), grid.cells);
   EdgeFlags fine = flagsOfEdges(grid, 1, tolerance_m, true);
   EdgeFlags coarse = flagsOfEdges(grid, 2, parentTolerance_m, false);
-  if (from) takeParentsFlags(grid.id, *from, coarse, fine);
+  if (from) takeParentsFlags(*from, coarse, fine);
   BisectionRule rule{.surfaces = {points}, .tolerance_m = tolerance_m, .kept = {}};
   if (from) {
     rule.surfaces.emplace_back(from->positions);
