@@ -19,12 +19,12 @@ std::string complaint(const std::string& text, const std::vector<std::string>& s
   return scene ? "" : io::describe(scene.error());
 }
 
-TEST(AirEntry, LeftOutMeansNoAir) {
+TEST(AirEntry, leftOutMeansNoAir) {
   EXPECT_FALSE(parsed("")->air.enabled);
   EXPECT_FALSE(parsed("body = \"mars\"\n")->air.enabled);
 }
 
-TEST(AirEntry, IsTheBodysOwn) {
+TEST(AirEntry, isTheBodysOwn) {
   EXPECT_EQ(parsed("[atmosphere]")->air.atmosphere, atmosphereByName("earth"));
   EXPECT_TRUE(parsed("[atmosphere]")->air.enabled);
   const auto mars = parsed("body = \"mars\"\n[atmosphere]\nenabled = false");
@@ -32,7 +32,7 @@ TEST(AirEntry, IsTheBodysOwn) {
   EXPECT_FALSE(mars->air.enabled);
 }
 
-TEST(AirEntry, ChangesWhatItNames) {
+TEST(AirEntry, changesWhatItNames) {
   const auto scene = parsed(
       "[atmosphere]\naerosol_depth = 0.3\naerosol_albedo = [0.9, 0.8, 0.7]\nsun_radius = 1\nexposure = -1.5\n"
       "bottom_m = -430");
@@ -47,13 +47,13 @@ TEST(AirEntry, ChangesWhatItNames) {
   EXPECT_EQ(parsed("[atmosphere]\nexposure = \"auto\"")->air.exposure_stops, std::nullopt);
 }
 
-TEST(AirEntry, MayBeSet) {
+TEST(AirEntry, mayBeSet) {
   EXPECT_TRUE(parsed("", {"atmosphere.enabled=true"})->air.enabled);
   EXPECT_EQ(parsed("", {"atmosphere.exposure=2"})->air.exposure_stops, 2.0);
   EXPECT_THAT(complaint("", {"atmosphere.exposure=99"}), HasSubstr("--set atmosphere.exposure=99"));
 }
 
-TEST(AirEntry, OfAnUnknownBodySaysWhatIsMissing) {
+TEST(AirEntry, ofAnUnknownBodySaysWhatIsMissing) {
   const std::string body = "body = { semi_major_axis_m = 1e6, name = \"own\" }\n";
   EXPECT_THAT(complaint("body = \"moon\"\n[atmosphere]"), HasSubstr("the air of 'moon' is not known"));
   EXPECT_THAT(complaint(body + "[atmosphere]\ntop_m = 50000"), HasSubstr("missing: gas_depth, gas_height_m"));
@@ -63,7 +63,7 @@ TEST(AirEntry, OfAnUnknownBodySaysWhatIsMissing) {
   EXPECT_EQ(parsed(body + "[atmosphere]\nmodel = \"mars\"")->air.atmosphere, atmosphereByName("mars"));
 }
 
-TEST(AirEntry, WrongOnesAreNamedWithTheirPlace) {
+TEST(AirEntry, wrongOnesAreNamedWithTheirPlace) {
   EXPECT_THAT(complaint("[atmosphere]\nhaze = 1"), HasSubstr("unknown key 'haze'"));
   EXPECT_THAT(complaint("[atmosphere]\nhaze = 1"), HasSubstr("s.toml:2"));
   for (const char* wrong :
