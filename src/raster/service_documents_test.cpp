@@ -79,7 +79,7 @@ std::optional<bool> northFirstByOgr(const std::string& name) {
          (first == OAO_North && second == OAO_West);
 }
 
-class ServiceDocuments : public testing::Test {
+class ServiceDocuments : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!haveSharedDocuments()) GTEST_SKIP() << "no shared data";
