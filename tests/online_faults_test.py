@@ -118,7 +118,11 @@ class Faults(unittest.TestCase):
                 # Coarser levels come: what is missing is drawn from them.
                 self.proxy.tell("set", **{"prefix": "/xyz/3", "fault": name, **values})
                 out = self.work / f"{name}.png"
-                done = self.render(name, out, status=1, timeout=SLOW_TIMEOUT_S if name in ("hang", "slow") else TIMEOUT_S)
+                # On a slow machine nothing of the faulty level may have come back yet: longer, until something has.
+                for timeout in [SLOW_TIMEOUT_S if name in ("hang", "slow") else TIMEOUT_S] + [20, 60]:
+                    done = self.render(name, out, status=1, timeout=timeout)
+                    if words in done.stderr:
+                        break
                 self.assertIn(words, done.stderr)
                 self.assertIn(self.proxy.url, done.stderr, "which server it is")
                 self.assertIn("is written, but not all of it is there", done.stderr)
