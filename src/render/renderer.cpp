@@ -63,7 +63,7 @@ io::Result<void> warmUp(GpuResidents& residents, std::uint64_t serial, Draw draw
   mesh.vertices.resize(3);
   mesh.indices = {0, 1, 2};
   const MeshPlace* place = residents.geometry().upload(mesh, 0);
-  if (place == nullptr) return {};  // the first frame will tell
+  if (place == nullptr) return io::fail(io::Failure::Code::ioError, "the graphics driver has no memory left");
   setState(*target);
   return draw(*place);
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <string_view>
 
@@ -25,6 +26,7 @@ constexpr Range kTops_m{100.0, 1e7};
 constexpr Range kBottoms_m{-1e6, 0.0};
 constexpr Range kSunRadii_degrees{0.001, 20.0};
 constexpr Range kStops{-20.0, 20.0};
+constexpr double kMostScales = 40.0;  ///< below height 0: twice as far, and densities are beyond what a float holds
 
 struct NumberKey {
   std::string_view key;
@@ -165,6 +167,10 @@ io::Result<Air> readAir(std::span<const EntryField> fields, const std::string& w
                  fmt::format("the air reaches from {} m to {} m; around a body of {:.0f} m it may reach from half "
                              "of that below height 0 to as much above it: give top_m and bottom_m",
                              a.bottom_m, a.top_m, radius_m));
+  if (const double least_m = -a.bottom_m / kMostScales; std::min(a.gasHeight_m, a.aerosolHeight_m) < least_m)
+    return wrong(where, fmt::format("air from {} m on needs gas_height_m and aerosol_height_m of {:.0f} m or more: "
+                                    "raise these, or bottom_m",
+                                    a.bottom_m, std::ceil(least_m)));
   return air;
 }
 

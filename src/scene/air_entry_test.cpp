@@ -71,6 +71,9 @@ TEST(AirEntry, wrongOnesAreNamedWithTheirPlace) {
         "gas_depth = -1", "gas_depth = [1, 2]", "gas_depth = [1, 2, \"x\"]", "aerosol_albedo = 1.5",
         "aerosol_forward = 1", "bottom_m = 5", "gas_height_m = 0", "sun_radius = inf", "ozone_reach_m = \"1\""})
     EXPECT_THAT(complaint(std::string("[atmosphere]\n") + wrong), HasSubstr("s.toml:")) << wrong;
+  const std::string deep = "[atmosphere]\nbottom_m = -8000\naerosol_height_m = ";
+  EXPECT_THAT(complaint(deep + "199"), HasSubstr("200 m or more"));
+  EXPECT_EQ(complaint(deep + "200"), "");
 }
 
 }  // namespace
