@@ -40,19 +40,9 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   return &*slot.file;
 }
 
-io::Result<void> InputSet::heights(std::span<const int> inputs, std::span<const geo::Direction> places,
-                                   std::span<float> out) {
-  for (const int input : inputs) {
-    const auto opened = file(input);
-    if (!opened) return tl::unexpected(opened.error());
-    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
-    if (auto ok = (*opened)->sampleHeights(places, footprint, out); !ok) return ok;
-  }
-  return {};
-}
-
-io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::TileId& id,
-                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
+template <class T>
+io::Result<void> InputSet::laid(std::span<const int> inputs, const tiling::TileId& id,
+                                std::span<const std::size_t> indices, std::span<T> out) {
   const tiling::Tiling tiling = plan_.tiling();
   for (const int input : inputs) {
     const auto opened = file(input);
@@ -62,6 +52,16 @@ io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::Ti
     if (!ok) return ok;
   }
   return {};
+}
+
+io::Result<void> InputSet::heights(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<float> out) {
+  return laid(inputs, id, indices, out);
+}
+
+io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
+  return laid(inputs, id, indices, out);
 }
 
 io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id, geo::Angle within) {

@@ -152,7 +152,7 @@ io::Result<VoidFill::Layers> VoidFill::layersAt(const tiling::TileId& id, std::s
   std::ranges::sort(layers.strata, {}, &Layers::Stratum::depth);
   for (const int input : inputs) {
     std::ranges::fill(heights, kNoData);
-    if (auto ok = inputs_.heights(std::span(&input, 1), samples.places, heights); !ok)
+    if (auto ok = inputs_.heights(std::span(&input, 1), id, samples.indices, heights); !ok)
       return tl::unexpected(ok.error());
     const int depth = plan_.inputs[static_cast<std::size_t>(input)].depth;
     for (Layers::Stratum& stratum : layers.strata) {

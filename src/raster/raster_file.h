@@ -95,9 +95,17 @@ class RasterFile {
   io::Result<void> sampleColours(std::span<const geo::Direction> directions, geo::Angle footprint,
                                  std::span<Rgba8> out);
 
-  /// The same for samples of an imagery tile with its gutter (raster/tile.h): those at `indices`, row by row; out, of
-  /// the size of indices, is laid over. Exact in the gutter; elsewhere beside the place by less than 1/256 of a pixel,
-  /// which is many times faster. Corners of the gutter that no single place owns get nothing.
+  /// Heights as sampleHeights gives them, of samples of an elevation tile with its gutter (raster/tile.h): those at
+  /// `indices`, ascending; corners of the gutter that no single place owns must not be among them. A sample that
+  /// several tiles share gets the same bits from each. They are those of sampleHeights but where the raster is one of
+  /// longitudes and latitudes and the tiling geographic: there no direction is made first, which is many times faster,
+  /// and places differ by some 1e-15 of a turn.
+  io::Result<void> sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+                              std::span<const std::size_t> indices, geo::Angle footprint, std::span<float> out);
+
+  /// The same for colours, row by row; out, of the size of indices, is laid over. Exact in the gutter; elsewhere beside
+  /// the place by less than 1/256 of a pixel, which is many times faster. Corners of the gutter that no single place
+  /// owns get nothing.
   io::Result<void> sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
                               std::span<const std::size_t> indices, geo::Angle footprint, std::span<Rgba8> out);
 
