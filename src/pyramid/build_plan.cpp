@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "pyramid/database_file.h"
+#include "pyramid/geometric_error.h"
 #include "raster/live_tiles.h"
 
 namespace tellurion::pyramid {
@@ -45,6 +46,11 @@ std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, 
                   nameOf(meta.kind), tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
                   meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
   if (meta.kind == raster::Kind::elevation) text += fmt::format("|fill {:a}", meta.fillVoids_m);
+  if (meta.kind == raster::Kind::imagery) text += fmt::format("|{}", nameOf(options.format));
+  if (options.region) {
+    text += fmt::format("|region {:a} {:a} {:a} {:a}", options.region->west.radians(), options.region->south.radians(),
+                        options.region->width.radians(), options.region->north.radians());
+  }
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
   return digestOf(text + inputs);
 }
@@ -61,6 +67,15 @@ io::Result<void> checkOptions(const BuildOptions& options) {
   }
   if (options.fillVoids_m && options.kind == raster::Kind::imagery) {
     return io::fail(Code::invalidArgument, "only elevation has voids to fill: leave --fill-voids out");
+  }
+  if (options.format != TileFormat::jpeg && options.kind == raster::Kind::elevation) {
+    return io::fail(Code::invalidArgument, "only imagery has a format: leave --format out");
+  }
+  if (options.memoryBytes < kLeastMemory) {
+    return io::fail(Code::invalidArgument, fmt::format("a build takes at least {} MiB of memory", kLeastMemory >> 20u));
+  }
+  if (options.region && !(options.region->south < options.region->north && options.region->width > geo::Angle())) {
+    return io::fail(Code::invalidArgument, "the region is empty: it is W,S,E,N in degrees, S less than N");
   }
   if (options.jobs < 0) return io::fail(Code::invalidArgument, "the number of jobs must not be negative");
   return {};
@@ -96,6 +111,15 @@ io::Result<void> checkInput(const std::string& path) {
       path);
 }
 
+/// Holds what two rectangles share; nothing where they do not meet. A little too wide where they meet twice.
+std::optional<geo::GeoRect> shared(const geo::GeoRect& bounds, const geo::GeoRect& region) {
+  if (!bounds.intersects(region)) return std::nullopt;
+  geo::GeoRect both = region.width < bounds.width ? region : bounds;
+  both.south = std::max(bounds.south, region.south);
+  both.north = std::min(bounds.north, region.north);
+  return both;
+}
+
 PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info) {
   const tiling::Tiling tiling(meta.scheme);
   PlannedInput input{.path = info.path,
@@ -119,7 +143,15 @@ double finerStep(std::optional<double> soFar, double step) {
 }
 
 /// Lays one input's facts over the plan.
-io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo& info, bool isFirst, BuildPlan& plan) {
+io::Result<void> addInput(const BuildOptions& options, raster::RasterInfo info, bool isFirst, BuildPlan& plan) {
+  if (options.region) {
+    const auto within = shared(info.bounds, *options.region);
+    if (!within) {
+      return io::fail(Code::invalidArgument, "lies wholly beside the region that is asked for: leave it out",
+                      info.path);
+    }
+    info.bounds = *within;
+  }
   if (isFirst) {
     plan.meta.body = info.body;
     plan.meta.bounds = info.bounds;
@@ -144,6 +176,13 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
   return {};
 }
 
+/// How far above the deepest level blocks begin. Elevation: as far as errors are compared, so that no tile is decoded
+/// for them. Imagery: enough for pixels to be halved before they are compressed, and few enough for all workers to have
+/// some.
+int blockDepth(raster::Kind kind) {
+  return kind == raster::Kind::elevation ? kComparedLevels : 2;
+}
+
 /// What of the filling only the inputs' depths tell.
 void planFilling(const std::optional<DatabaseMeta>& base, BuildPlan& plan) {
   if (plan.meta.kind != raster::Kind::elevation) return;
@@ -155,6 +194,31 @@ void planFilling(const std::optional<DatabaseMeta>& base, BuildPlan& plan) {
 }
 
 }  // namespace
+
+std::optional<TileFormat> tileFormatByName(std::string_view name) {
+  for (const TileFormat format : {TileFormat::jpeg, TileFormat::png, TileFormat::webp}) {
+    if (nameOf(format) == name) return format;
+  }
+  return std::nullopt;
+}
+
+std::string_view nameOf(TileFormat format) {
+  switch (format) {
+    case TileFormat::jpeg:
+      return "jpeg";
+    case TileFormat::png:
+      return "png";
+    case TileFormat::webp:
+      return "webp";
+  }
+  return "?";
+}
+
+bool BuildPlan::fills() const {
+  if (base) return true;
+  if (meta.fillVoids_m == 0.0) return false;
+  return std::ranges::any_of(inputs, [&](const PlannedInput& input) { return input.depth != deepestLevel; });
+}
 
 std::string signatureOf(const PlannedInput& input) {
   std::string text = storedName(input.path) + "|" + signatureOfFile(input.path);
@@ -171,6 +235,8 @@ double heightStepFor(double heightQuantum_m) {
 io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base) {
   if (auto ok = checkOptions(options); !ok) return tl::unexpected(ok.error());
   BuildPlan plan;
+  plan.region = options.region;
+  plan.format = options.format;
   plan.rasterOptions = {.nodata = options.nodata, .body = options.body, .cacheBytes = 0};
   if (base) {
     if (auto ok = checkBase(options, *base); !ok) return tl::unexpected(ok.error());
@@ -196,6 +262,7 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   }
   plan.meta.maxLevel = plan.deepestLevel;
   planFilling(base, plan);
+  if (!base && !plan.fills()) plan.blockLevel = std::max(0, plan.deepestLevel - blockDepth(plan.meta.kind));
   plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);
   plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
   return plan;

@@ -2,7 +2,39 @@
 
 #include <algorithm>
 
+#include "raster/tile_places.h"
+
 namespace tellurion::pyramid {
+namespace {
+
+bool holds(const geo::GeoRect& outer, const geo::GeoRect& inner) {
+  if (inner.south < outer.south || inner.north > outer.north) return false;
+  if (outer.width >= geo::Angle::degrees(360.0)) return true;
+  geo::Angle from = geo::wrappedLongitude(inner.west - outer.west);
+  if (from < geo::Angle()) from = from + geo::Angle::degrees(360.0);
+  return from + inner.width <= outer.width;
+}
+
+/// Which of the samples lie in the region that is built, as indices into `indices`; nothing: all.
+std::optional<std::vector<std::size_t>> insideOfRegion(const BuildPlan& plan, const tiling::TileId& id,
+                                                       std::span<const std::size_t> indices) {
+  if (!plan.region) return std::nullopt;
+  const tiling::Tiling tiling = plan.tiling();
+  const geo::Angle gutter = tiling.metrics(id.level).largestEdge * (2.0 / plan.meta.tileCells);
+  if (holds(*plan.region, tiling.bounds(id).grown(gutter))) return std::nullopt;
+  const auto side = static_cast<std::size_t>(raster::sideOf(plan.meta.kind, plan.meta.tileCells));
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const auto place = raster::placeOf(tiling, id, plan.meta.kind, plan.meta.tileCells,
+                                       static_cast<int>(indices[i] % side), static_cast<int>(indices[i] / side));
+    if (!place) continue;
+    const geo::Geodetic at = geo::geodeticFromDirection(*place);
+    if (plan.region->contains(at.lat, at.lon)) inside.push_back(i);
+  }
+  return inside;
+}
+
+}  // namespace
 
 void InputSet::collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings) {
   for (const std::string& warning : file.info().warnings)
@@ -43,6 +75,26 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
 template <class T>
 io::Result<void> InputSet::laid(std::span<const int> inputs, const tiling::TileId& id,
                                 std::span<const std::size_t> indices, std::span<T> out) {
+  const auto within = insideOfRegion(plan_, id, indices);
+  if (within && within->size() < indices.size()) {
+    std::vector<std::size_t> some(within->size());
+    std::vector<T> values(within->size());
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      some[i] = indices[(*within)[i]];
+      values[i] = out[(*within)[i]];
+    }
+    if (auto ok = sampled<T>(inputs, id, some, values); !ok) return ok;
+    for (std::size_t i = 0; i < some.size(); ++i)
+      out[(*within)[i]] = values[i];
+    return {};
+  }
+  return sampled(inputs, id, indices, out);
+}
+
+template <class T>
+io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<T> out) {
+  if (indices.empty()) return {};
   const tiling::Tiling tiling = plan_.tiling();
   for (const int input : inputs) {
     const auto opened = file(input);

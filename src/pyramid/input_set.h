@@ -43,6 +43,9 @@ class InputSet {
   io::Result<void> laid(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
                         std::span<T> out);
   void closeOldest();
+  template <class T>
+  io::Result<void> sampled(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
+                           std::span<T> out);
   static void collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings);
 
   const BuildPlan& plan_;

@@ -87,18 +87,20 @@ io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, con
     return Opened{std::move(*database), false};
   }
   if (database->meta().buildKey != plan.meta.buildKey) {
-    return io::fail(Code::invalidArgument,
-                    fmt::format("is left from a build with other inputs or options; finish that one ('{}', with "
-                                "--max-level and --nodata as they were given then), or remove the file to start over",
-                                commandToGoOn(*database)),
-                    part.string());
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format(
+            "is left from a build with other inputs or options; finish that one ('{}', with "
+            "--max-level, --nodata, --region and --format as they were given then), or remove the file to start over",
+            commandToGoOn(*database)),
+        part.string());
   }
   return Opened{std::move(*database), true};
 }
 
 /// The file that is worked on: an interrupted run's, or a new one.
 io::Result<Opened> openPart(const fs::path& part, const BuildPlan& plan, const std::string& baseKey) {
-  const BuildPosition start{.level = plan.deepestLevel, .row = 0, .done = 0};
+  const BuildPosition start{.level = plan.startLevel(), .row = 0, .done = 0};
   std::error_code error;
   if (fs::exists(part, error)) {
     const auto blank = TileDatabase::isBlank(part);
@@ -149,7 +151,8 @@ io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan,
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
-  BuildRun run(plan, database, jobsFor(options), progress, std::move(stop));
+  const BuildRun::Resources resources{.jobs = jobsFor(options), .memoryBytes = options.memoryBytes};
+  BuildRun run(plan, database, resources, progress, std::move(stop));
   if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());
   warnings.merge(run.warnings());
   const auto lastRow = database.connection().integer("SELECT max(id) FROM tiles");

@@ -15,6 +15,8 @@
 #include <string_view>
 #include <utility>
 
+#include "raster/virtual_raster.h"
+
 namespace tellurion::raster {
 namespace {
 
@@ -24,7 +26,7 @@ constexpr GIntBig kGdalCacheBytes = GIntBig{256} << 20u;
 constexpr std::size_t kMostWarnings = 16;
 
 /// Drivers that read the file they are given, and files of fixed names or of their own format beside it. Left out is
-/// what opens whatever a file names, with whatever driver fits (VRT, MRF, TIL, ISIS3, ERS, ...), what has links to
+/// what opens whatever a file names, with whatever driver fits (MRF, TIL, ISIS3, ERS, ...), what has links to
 /// other files inside (HDF5, PCIDSK, ...), and all services and databases.
 constexpr std::array kDrivers{
     "GTiff",   "SRTMHGT",  "PDS",    "PDS4",     "ISIS2",  "VICAR",   "ENVI",        "EHdr",          "AAIGrid",
@@ -42,6 +44,10 @@ bool isAllowed(std::string_view name) {
   return std::ranges::find(kDrivers, name) != kDrivers.end();
 }
 
+/// Opens virtual rasters that checkVirtualRaster() lets pass. GDAL itself does not know it any more: so neither a side
+/// file nor a source of such a mosaic can be a virtual raster.
+GDALDriver* virtualRasters = nullptr;
+
 /// Side files (.ovr, .msk, .aux.xml) are opened by GDAL itself, with every driver that it knows: so it knows no others.
 void forgetOtherDrivers() {
   for (int i = GDALGetDriverCount() - 1; i >= 0; --i) {
@@ -49,7 +55,11 @@ void forgetOtherDrivers() {
     const std::string_view name = GDALGetDriverShortName(driver);
     if (name == kMemoryDriver || isAllowed(name)) continue;
     GDALDeregisterDriver(driver);
-    GDALDestroyDriver(driver);
+    if (name == "VRT") {
+      virtualRasters = GDALDriver::FromHandle(driver);
+    } else {
+      GDALDestroyDriver(driver);
+    }
   }
 }
 
@@ -99,6 +109,14 @@ bool staysInItsFolder(GDALDataset& dataset, const std::string& path) {
   return true;
 }
 
+DatasetPtr openVirtualRaster(const std::string& path) {
+  if (virtualRasters == nullptr || virtualRasters->pfnOpen == nullptr) return nullptr;
+  GDALOpenInfo info(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR);
+  DatasetPtr dataset(virtualRasters->pfnOpen(&info));
+  if (dataset && *dataset->GetDescription() == '\0') dataset->SetDescription(path.c_str());
+  return dataset;
+}
+
 }  // namespace
 
 GdalMessages::GdalMessages() {
@@ -146,9 +164,15 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
   }
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
-  const CPLStringList drivers = allowedDrivers();
-  DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
-                                       drivers.List(), nullptr, nullptr));
+  DatasetPtr dataset;
+  if (isVirtualRaster(path)) {
+    if (auto ok = checkVirtualRaster(path); !ok) return tl::unexpected(ok.error());
+    dataset = openVirtualRaster(path);
+  } else {
+    const CPLStringList drivers = allowedDrivers();
+    dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
+                                    drivers.List(), nullptr, nullptr));
+  }
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
   if (dataset && staysInItsFolder(*dataset, path)) return dataset;
   if (dataset) {
@@ -158,8 +182,8 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
     return io::fail(Code::invalidArgument, "is a folder; name the raster files in it", path);
   return tl::unexpected(messages.failure(
       Code::unsupported,
-      "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
-      "(VRT, MRF, ...) or a service the raster files themselves are wanted",
+      "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster that is "
+      "no VRT (MRF, ...) or a service the raster files themselves are wanted",
       path));
 }
 

@@ -171,7 +171,7 @@ bool layOne(PixelStore<T>& store, const PixelLines& lines, const Run& run, std::
 }  // namespace
 
 bool bilinearHeightsOnLines(PixelStore<float>& store, const PixelLines& lines, std::span<const std::size_t> indices,
-                     std::span<float> out) {
+                            std::span<float> out) {
   const GridTopology grid = store.levels().front();
   const Columns columns = columnsOf(grid, lines.col);
   LatestRows<HeightLine, float> rows(store, columns);
@@ -197,7 +197,7 @@ bool bilinearHeightsOnLines(PixelStore<float>& store, const PixelLines& lines, s
 }
 
 bool bilinearColoursOnLines(PixelStore<Rgba8>& store, const PixelLines& lines, std::span<const std::size_t> indices,
-                     std::span<Rgba8> out) {
+                            std::span<Rgba8> out) {
   const GridTopology grid = store.levels().front();
   const ColourTables tables = colourTables();
   const Columns columns = columnsOf(grid, lines.col);

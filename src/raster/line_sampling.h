@@ -12,8 +12,8 @@ namespace tellurion::raster {
 /// what a column or a row has in common is found once. `indices`: into the tile's samples, of rows that are lines,
 /// ascending. False: a read failed.
 bool bilinearHeightsOnLines(PixelStore<float>& store, const PixelLines& lines, std::span<const std::size_t> indices,
-                     std::span<float> out);
+                            std::span<float> out);
 bool bilinearColoursOnLines(PixelStore<Rgba8>& store, const PixelLines& lines, std::span<const std::size_t> indices,
-                     std::span<Rgba8> out);
+                            std::span<Rgba8> out);
 
 }  // namespace tellurion::raster

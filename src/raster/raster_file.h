@@ -43,7 +43,8 @@ struct RasterInfo {
 /// before they are believed, only plain local files are opened (no /vsi path, no URL), with drivers of a list (GeoTIFF,
 /// HGT, PDS, ENVI, HFA, JPEG, PNG, JPEG 2000, GeoPackage, MBTiles, netCDF, GRIB, ... : gdal_session.cpp) that read what
 /// they are given and files beside it, never what these name elsewhere; a raster whose files lie outside its folder is
-/// refused, and GDAL and PROJ stay off the network. The first file that is opened takes all other drivers out of this
+/// refused, and GDAL and PROJ stay off the network. A virtual raster (VRT) is opened where it is a plain mosaic
+/// (virtual_raster.h). The first file that is opened takes all other drivers out of this
 /// process's GDAL, for side files are opened with any driver that GDAL knows. (netCDF's library may follow links inside
 /// netCDF-4 files to other local files.)
 ///

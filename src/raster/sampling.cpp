@@ -44,22 +44,10 @@ struct Light {
   }
 };
 
-/// Weights that add up to 65536, of a place rounded to 1/256 pixel.
-std::array<std::uint32_t, 4> wholeWeights(double s, double t) {
-  const auto right = roundedUnsigned(s * 256.0);
-  const auto lower = roundedUnsigned(t * 256.0);
-  return {(256 - right) * (256 - lower), right * (256 - lower), (256 - right) * lower, right * lower};
-}
+}  // namespace
 
-Rgba8 opaqueMean(const ColourTables& tables, const std::array<Rgba8, 4>& p, double s, double t) {
-  const auto w = wholeWeights(s, t);
-  const auto mean = [&](std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d) {
-    const std::uint32_t sum =
-        w[0] * tables.linear[a] + w[1] * tables.linear[b] + w[2] * tables.linear[c] + w[3] * tables.linear[d] + 32768u;
-    return tables.srgb[sum >> 16u];
-  };
-  return {mean(p[0].r, p[1].r, p[2].r, p[3].r), mean(p[0].g, p[1].g, p[2].g, p[3].g),
-          mean(p[0].b, p[1].b, p[2].b, p[3].b), 255};
+void layHeightBesideVoid(const std::array<float, 4>& v, const Between& place, float& out) {
+  if (!isNoData(v[place.nearest()])) out = meanOfKnown(v, place.weights());
 }
 
 Rgba8 partlyCoveredMean(const ColourTables& tables, const std::array<Rgba8, 4>& p, const Between& place) {
@@ -73,27 +61,6 @@ Rgba8 partlyCoveredMean(const ColourTables& tables, const std::array<Rgba8, 4>& 
     known += weights[i];
   }
   return light.colour(known);
-}
-
-}  // namespace
-
-void layHeight(const std::array<float, 4>& v, const Between& place, float& out) {
-  const double top = static_cast<double>(v[0]) * (1.0 - place.s) + static_cast<double>(v[1]) * place.s;
-  const double bottom = static_cast<double>(v[2]) * (1.0 - place.s) + static_cast<double>(v[3]) * place.s;
-  const double height = top * (1.0 - place.t) + bottom * place.t;
-  if (!std::isnan(height)) {
-    out = static_cast<float>(height);
-  } else if (!isNoData(v[place.nearest()])) {
-    out = meanOfKnown(v, place.weights());
-  }
-}
-
-void layColour(const ColourTables& tables, const std::array<Rgba8, 4>& p, const Between& place, Rgba8& out) {
-  if ((p[0].a & p[1].a & p[2].a & p[3].a) == 255) {
-    out = opaqueMean(tables, p, place.s, place.t);
-  } else {
-    out = over(partlyCoveredMean(tables, p, place), out);
-  }
 }
 
 bool bilinearHeights(PixelStore<float>& store, const PixelPlaces& places, std::span<float> out) {

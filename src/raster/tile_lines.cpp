@@ -1,6 +1,7 @@
 #include "raster/tile_lines.h"
 
 #include <limits>
+#include <optional>
 
 #include "raster/tile_places.h"
 
@@ -15,7 +16,9 @@ double partOf(Kind kind, int cells, int index) {
 }
 
 tiling::LonLat lonLatAt(const tiling::Tiling& tiling, const tiling::TileId& id, double s, double t) {
-  const auto point = tiling.wrapped(tiling::rootPointIn(id, s, t));
+  const tiling::RootPoint here = tiling::rootPointIn(id, s, t);
+  const bool isInside = here.u >= 0.0 && here.u <= 1.0 && here.v >= 0.0 && here.v <= 1.0;
+  const auto point = isInside ? std::optional(here) : tiling.wrapped(here);
   return point ? tiling.lonLat(*point).value_or(tiling::LonLat{kNone, kNone}) : tiling::LonLat{kNone, kNone};
 }
 

@@ -7,8 +7,8 @@
 #include "raster/tile.h"
 #include "tiling/tiling.h"
 
-/// Tiles of meridians and parallels over rasters of longitudes and latitudes: their samples' pixels without a sine, and,
-/// but for the caps, a function of the column and a function of the row.
+/// Tiles of meridians and parallels over rasters of longitudes and latitudes: their samples' pixels without a sine,
+/// and, but for the caps, a function of the column and a function of the row.
 namespace tellurion::raster {
 
 /// Whether the functions below apply. It is a matter of the tiling and the raster, not of a tile: who samples one tile
@@ -24,8 +24,8 @@ struct PixelLines {
   std::vector<double> row;  ///< of each row; NaN of a row that is no line (a gutter across the border of a cap)
 };
 /// Only where isOfLines().
-PixelLines pixelLines(const Placement& placement, const tiling::Tiling& tiling, const tiling::TileId& id,
-                                     Kind kind, int cells);
+PixelLines pixelLines(const Placement& placement, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
+                      int cells);
 
 /// The same of any samples, one by one; not finite at corners of the gutter that no single place owns.
 void pixelsOfSamples(const Placement& placement, const tiling::Tiling& tiling, const tiling::TileId& id, Kind kind,
