@@ -39,14 +39,15 @@ constexpr std::array kDrivers{
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// Drivers above decode into it.
 constexpr std::string_view kMemoryDriver = "MEM";
+constexpr std::string_view kVirtualDriver = "VRT";
 
 bool isAllowed(std::string_view name) {
   return std::ranges::find(kDrivers, name) != kDrivers.end();
 }
 
-/// Opens virtual rasters that checkVirtualRaster() lets pass. GDAL itself does not know it any more: so neither a side
-/// file nor a source of such a mosaic can be a virtual raster.
-GDALDriver* virtualRasters = nullptr;
+/// Opens virtual rasters that checkVirtualRaster() lets pass. Their driver stays registered, or it would register
+/// itself again, but opens nothing for GDAL: so neither a side file nor a source of a mosaic can be a virtual raster.
+GDALDataset* (*openVirtual)(GDALOpenInfo*) = nullptr;
 
 /// Side files (.ovr, .msk, .aux.xml) are opened by GDAL itself, with every driver that it knows: so it knows no others.
 void forgetOtherDrivers() {
@@ -54,12 +55,14 @@ void forgetOtherDrivers() {
     const GDALDriverH driver = GDALGetDriver(i);
     const std::string_view name = GDALGetDriverShortName(driver);
     if (name == kMemoryDriver || isAllowed(name)) continue;
-    GDALDeregisterDriver(driver);
-    if (name == "VRT") {
-      virtualRasters = GDALDriver::FromHandle(driver);
-    } else {
-      GDALDestroyDriver(driver);
+    if (name == kVirtualDriver) {
+      GDALDriver& virtualRasters = *GDALDriver::FromHandle(driver);
+      openVirtual = std::exchange(virtualRasters.pfnOpen, nullptr);
+      virtualRasters.pfnIdentify = nullptr;
+      continue;
     }
+    GDALDeregisterDriver(driver);
+    GDALDestroyDriver(driver);
   }
 }
 
@@ -110,9 +113,9 @@ bool staysInItsFolder(GDALDataset& dataset, const std::string& path) {
 }
 
 DatasetPtr openVirtualRaster(const std::string& path) {
-  if (virtualRasters == nullptr || virtualRasters->pfnOpen == nullptr) return nullptr;
+  if (openVirtual == nullptr) return nullptr;
   GDALOpenInfo info(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR);
-  DatasetPtr dataset(virtualRasters->pfnOpen(&info));
+  DatasetPtr dataset(openVirtual(&info));
   if (dataset && *dataset->GetDescription() == '\0') dataset->SetDescription(path.c_str());
   return dataset;
 }
@@ -168,6 +171,10 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
   if (isVirtualRaster(path)) {
     if (auto ok = checkVirtualRaster(path); !ok) return tl::unexpected(ok.error());
     dataset = openVirtualRaster(path);
+    // A source that cannot be opened is left out by GDAL, as if there were none.
+    if (messages.failed()) {
+      return tl::unexpected(messages.failure(Code::corrupt, "is a mosaic (VRT) of which a part cannot be read", path));
+    }
   } else {
     const CPLStringList drivers = allowedDrivers();
     dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
