@@ -6,7 +6,7 @@
 # Parts: imagery png healpix elevation jobs scale (all). WORK_FOLDER keeps the inputs for the next run: the embedded Earth as 10,800 x 5,400 RGB
 # and 16-bit elevation, and a quarter and four times of the first. Prints medians over rounds: seconds of the processor (user and system) and of
 # the clock, bytes, and the ratio to the first line of a part. On a busy machine only processor times and their ratios mean anything.
-# gdal2tiles.py takes minutes: GDAL2TILES=no leaves it out. Needs GDAL's programs.
+# gdal2tiles.py takes minutes, and of its workers the processor time is not all seen: GDAL2TILES=no leaves it out. Needs GDAL's programs.
 set -euo pipefail
 work=${1:-$(mktemp -d)}
 program=${2:-build/release/bin/tellurion}
