@@ -80,7 +80,6 @@ TEST(VirtualRaster, OtherThanAPlainMosaicIsRefused) {
     ASSERT_FALSE(file.has_value()) << text;
     EXPECT_NE(file.error().message.find(why), std::string::npos) << io::describe(file.error());
   };
-  expectRefused(mosaic("/etc/passwd", R"(relativeToVRT="0")"), "cannot be read");
   expectRefused(mosaic("/dev/zero", R"(relativeToVRT="0")"), "is not there");
   write(folder.file("label.lbl"), "PDS_VERSION_ID = PDS3\r\n^IMAGE = \"../secret.img\"\r\nEND\r\n");
   write(folder.file("database.mbtiles"), std::string("SQLite format 3\0", 16));
@@ -100,6 +99,19 @@ subClass="VRTRawRasterBand"><SourceFilename>/etc/passwd</SourceFilename></VRTRas
 subClass="VRTDerivedRasterBand"><PixelFunctionType>f</PixelFunctionType></VRTRasterBand></VRTDataset>)",
                 "VRTDerivedRasterBand");
   expectRefused("<VRTDataset rasterXSize=", "");
+}
+
+// GDAL may open a source as late as it is read.
+TEST(VirtualRaster, OfWhatIsNoRasterHasNoData) {
+  const ScratchFolder folder;
+  write(folder.file("secret.txt"), "name:password\n");
+  write(folder.file("mosaic.vrt"), mosaic("secret.txt"));
+  auto file = RasterFile::open(folder.file("mosaic.vrt"), Kind::elevation);
+  if (!file) return;
+  const auto place = geo::directionFromDegrees(13.5, 4.5);
+  float height = kNoData;
+  EXPECT_FALSE(file->sampleHeights({&place, 1}, {}, {&height, 1}).has_value());
+  EXPECT_TRUE(isNoData(height));
 }
 
 // A virtual raster under another name: GDAL itself opens none.
