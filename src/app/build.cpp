@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <fstream>
 #include <memory>
 
@@ -29,6 +30,9 @@ struct Arguments {
   std::optional<double> maxError_m;
   std::string verticalDatum;
   pyramid::CleaningOptions cleaning;
+  std::vector<double> region;
+  std::string format = "jpeg";
+  double memory_MiB = 1024.0;
   int jobs = 0;
   bool append = false;
 };
@@ -53,6 +57,14 @@ geo::Body bodyNamed(const std::string& name) {
   return scene->body;
 }
 
+/// W,S,E,N in degrees; E less than W crosses the date line.
+geo::GeoRect regionFrom(const std::vector<double>& edges) {
+  const bool isPlace = std::abs(edges[0]) <= 360.0 && std::abs(edges[2]) <= 360.0 && edges[1] >= -90.0 &&
+                       edges[3] <= 90.0 && edges[1] < edges[3] && edges[0] != edges[2];
+  if (!isPlace) end(kWrongUse, "--region W,S,E,N: degrees, S less than N, W not E");
+  return geo::GeoRect::fromDegrees(edges[1], edges[0], edges[3], edges[2]);
+}
+
 pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   pyramid::BuildOptions options;
   options.output = arguments.output;
@@ -66,6 +78,9 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   options.maxError_m = arguments.maxError_m;
   options.verticalDatum = arguments.verticalDatum;
   options.cleaning = arguments.cleaning;
+  if (!arguments.region.empty()) options.region = regionFrom(arguments.region);
+  options.format = *pyramid::tileFormatByName(arguments.format);
+  options.memoryBytes = static_cast<std::uint64_t>(arguments.memory_MiB * (1 << 20));
   options.jobs = arguments.jobs;
   options.append = arguments.append;
   return options;
@@ -142,6 +157,22 @@ void addBuild(CLI::App& program) {
       ->add_option("--max-level", arguments->maxLevel,
                    "No tile deeper than this; finer data is averaged. Left out: as deep as each input is fine")
       ->check(CLI::Range(0, tiling::kMaxLevel));
+  command
+      ->add_option("--region", arguments->region,
+                   "W,S,E,N in degrees: only what lies in there is built, as if all inputs ended at its edges, and "
+                   "nothing else is read; E less than W crosses the date line")
+      ->delimiter(',')
+      ->expected(4);
+  command
+      ->add_option("--format", arguments->format,
+                   "Imagery: jpeg (where a tile is wholly covered, WebP without loss elsewhere), png, or webp (without "
+                   "loss) [jpeg]")
+      ->check(CLI::IsMember({"jpeg", "png", "webp"}));
+  command
+      ->add_option("--memory", arguments->memory_MiB,
+                   "MiB of memory that the build may take in all, whatever the size of the inputs; the result does not "
+                   "depend on it [1024]")
+      ->check(CLI::Range(static_cast<double>(pyramid::kLeastMemory >> 20u), 1048576.0));
   command->add_option("--jobs", arguments->jobs, "Threads; left out: one for each core")->check(CLI::Range(1, 1024));
   command->add_option(
       "--nodata", arguments->nodata,

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "geo/shared_rect.h"
 #include "pyramid/bounded_heights.h"
 #include "pyramid/database_file.h"
+#include "pyramid/geometric_error.h"
 #include "raster/live_tiles.h"
 #include "raster/vertical_datum.h"
 
@@ -58,6 +60,11 @@ std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, 
   if (meta.maxError_m > 0.0) text += fmt::format("|error {:a}", meta.maxError_m);
   text += keyOfCleaning(options.cleaning);
   if (!options.verticalDatum.empty()) text += "|datum " + options.verticalDatum;
+  if (meta.kind == raster::Kind::imagery) text += fmt::format("|{}", nameOf(options.format));
+  if (options.region) {
+    text += fmt::format("|region {:a} {:a} {:a} {:a}", options.region->west.radians(), options.region->south.radians(),
+                        options.region->width.radians(), options.region->north.radians());
+  }
   if (options.nodata) text += fmt::format("|nodata {:a}", *options.nodata);
   return digestOf(text + inputs);
 }
@@ -108,6 +115,15 @@ io::Result<void> checkOptions(const BuildOptions& options) {
     return io::fail(Code::invalidArgument, "only elevation has a vertical datum: leave --vertical-datum out");
   }
   if (auto ok = checkCleaning(options); !ok) return ok;
+  if (options.format != TileFormat::jpeg && options.kind == raster::Kind::elevation) {
+    return io::fail(Code::invalidArgument, "only imagery has a format: leave --format out");
+  }
+  if (options.memoryBytes < kLeastMemory) {
+    return io::fail(Code::invalidArgument, fmt::format("a build takes at least {} MiB of memory", kLeastMemory >> 20u));
+  }
+  if (options.region && !(options.region->south < options.region->north && options.region->width > geo::Angle())) {
+    return io::fail(Code::invalidArgument, "the region is empty: it is W,S,E,N in degrees, S less than N");
+  }
   if (options.jobs < 0) return io::fail(Code::invalidArgument, "the number of jobs must not be negative");
   return {};
 }
@@ -154,12 +170,14 @@ io::Result<void> checkInput(const std::string& path) {
       path);
 }
 
-PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info) {
+PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta, const raster::RasterInfo& info,
+                          const geo::GeoRect& within) {
   const tiling::Tiling tiling(meta.scheme);
   PlannedInput input{.path = info.path,
                      .depth = raster::levelOfSpacing(tiling, meta.tileCells, info.finestSpacing),
                      .footprint = {},
-                     .bounds = info.bounds,
+                     .bounds = within,
+                     .extent = info.bounds,
                      .spacing = info.finestSpacing,
                      .files = info.files,
                      .signature = {}};
@@ -180,16 +198,20 @@ double finerStep(std::optional<double> soFar, double step) {
 
 /// Lays one input's facts over the plan.
 io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo& info, bool isFirst, BuildPlan& plan) {
+  const auto within = options.region ? geo::sharedRect(info.bounds, *options.region) : std::optional(info.bounds);
+  if (!within) {
+    return io::fail(Code::invalidArgument, "lies wholly beside the region that is asked for: leave it out", info.path);
+  }
   if (isFirst) {
     plan.meta.body = info.body;
-    plan.meta.bounds = info.bounds;
+    plan.meta.bounds = *within;
   } else if (!(plan.meta.body.ellipsoid == info.body.ellipsoid)) {
     return io::fail(Code::invalidArgument,
                     fmt::format("lies on {}, but what is below it on {}; say --body if one of them is wrong",
                                 info.body.name, plan.meta.body.name),
                     info.path);
   } else {
-    plan.meta.bounds = plan.meta.bounds.united(info.bounds);
+    plan.meta.bounds = plan.meta.bounds.united(*within);
   }
   const bool stepIsKnown = !isFirst && options.kind == raster::Kind::elevation;
   const auto boundedStep = options.kind == raster::Kind::elevation ? stepForError(plan.meta.maxError_m, plan.meta.body)
@@ -198,7 +220,7 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
                                        : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
                                                    heightStepFor(info.heightQuantum_m));
   plan.meta.sources.push_back(storedName(info.path));
-  plan.inputs.push_back(plannedInput(options, plan.meta, info));
+  plan.inputs.push_back(plannedInput(options, plan.meta, info, *within));
   plan.deepestLevel = std::max(plan.deepestLevel, plan.inputs.back().depth);
   for (const std::string& warning : info.warnings)
     plan.warnings.push_back(info.path + ": " + warning);
@@ -208,12 +230,19 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
 /// Whether the vertical datum can be had for an input; its grids become files that the input is read from.
 io::Result<void> addVerticalDatum(const raster::RasterInfo& info, BuildPlan& plan) {
   if (plan.verticalDatum.empty()) return {};
-  const auto datum = raster::VerticalDatum::open(plan.verticalDatum, info.body, info.bounds);
-  if (!datum) return tl::unexpected(datum.error());
   PlannedInput& input = plan.inputs.back();
+  const auto datum = raster::VerticalDatum::open(plan.verticalDatum, info.body, input.bounds);
+  if (!datum) return tl::unexpected(datum.error());
   input.files.insert(input.files.end(), datum->files().begin(), datum->files().end());
   input.signature = signatureOf(input);
   return {};
+}
+
+/// How far above the deepest level blocks begin. Elevation: as far as errors are compared, so that no tile is decoded
+/// for them. Imagery: enough for pixels to be halved before they are compressed, and few enough for all workers to have
+/// some.
+int blockDepth(raster::Kind kind) {
+  return kind == raster::Kind::elevation ? kComparedLevels : 2;
 }
 
 /// What of the filling only the inputs' depths tell.
@@ -227,6 +256,31 @@ void planFilling(const std::optional<DatabaseMeta>& base, BuildPlan& plan) {
 }
 
 }  // namespace
+
+std::optional<TileFormat> tileFormatByName(std::string_view name) {
+  for (const TileFormat format : {TileFormat::jpeg, TileFormat::png, TileFormat::webp}) {
+    if (nameOf(format) == name) return format;
+  }
+  return std::nullopt;
+}
+
+std::string_view nameOf(TileFormat format) {
+  switch (format) {
+    case TileFormat::jpeg:
+      return "jpeg";
+    case TileFormat::png:
+      return "png";
+    case TileFormat::webp:
+      return "webp";
+  }
+  return "?";
+}
+
+bool BuildPlan::fills() const {
+  if (base) return true;
+  if (meta.fillVoids_m == 0.0) return false;
+  return std::ranges::any_of(inputs, [&](const PlannedInput& input) { return input.depth != deepestLevel; });
+}
 
 std::string signatureOf(const PlannedInput& input) {
   std::string text = storedName(input.path) + "|" + signatureOfFile(input.path);
@@ -243,7 +297,9 @@ double heightStepFor(double heightQuantum_m) {
 io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional<DatabaseMeta>& base) {
   if (auto ok = checkOptions(options); !ok) return tl::unexpected(ok.error());
   BuildPlan plan;
-  plan.rasterOptions = {.nodata = options.nodata, .body = options.body, .cacheBytes = 0};
+  plan.region = options.region;
+  plan.format = options.format;
+  plan.rasterOptions = {.nodata = options.nodata, .body = options.body, .sourcesAnywhere = true, .cacheBytes = 0};
   plan.verticalDatum = options.verticalDatum;
   plan.cleaning = options.cleaning;
   if (base) {
@@ -272,6 +328,7 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   }
   plan.meta.maxLevel = plan.deepestLevel;
   planFilling(base, plan);
+  if (!base && !plan.fills()) plan.blockLevel = std::max(0, plan.deepestLevel - blockDepth(plan.meta.kind));
   plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);
   plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
   return plan;

@@ -13,7 +13,7 @@
 namespace tellurion::pyramid {
 
 /// Part of every key: raised when the same inputs would give other bytes.
-inline constexpr int kBuilderVersion = 1;
+inline constexpr int kBuilderVersion = 2;
 
 class ImageryCleaning;
 
@@ -24,7 +24,8 @@ struct PlannedInput {
   /// Side of the area that a sample averages; 0: bilinear. Wide only where the depth asked for is less than the natural
   /// one.
   geo::Angle footprint;
-  geo::GeoRect bounds;
+  geo::GeoRect bounds;             ///< of what of it is built
+  geo::GeoRect extent;             ///< of all of it
   geo::Angle spacing;              ///< the finest that is made use of
   std::vector<std::string> files;  ///< all that it is read from
   std::string signature;           ///< signatureOf() when it was planned
@@ -42,10 +43,19 @@ struct BuildPlan {
   std::vector<PlannedInput> inputs;
   DatabaseMeta meta;  ///< of the database when it is finished, but for its deepest level and `complete`
   int deepestLevel = 0;
+  std::optional<geo::GeoRect> region;  ///< samples elsewhere have no data
+  TileFormat format = TileFormat::jpeg;
   FillPlan fill;
+  /// The level whose tiles are made together with all below them; nothing where samples depend on more than the inputs
+  /// at their place: on a base, or on finer data near by.
+  std::optional<int> blockLevel;
   std::optional<std::filesystem::path> base;  ///< the database that the inputs are laid over
   std::vector<std::string> warnings;
 
+  /// Whether heights may depend on other data than that at their place, or have to say how deep that is.
+  bool fills() const;
+  /// Of the first tiles that are made.
+  int startLevel() const { return blockLevel.value_or(deepestLevel); }
   tiling::Tiling tiling() const { return tiling::Tiling(meta.scheme); }
 };
 

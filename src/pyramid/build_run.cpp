@@ -9,25 +9,22 @@ namespace {
 
 using Code = io::Failure::Code;
 
-constexpr int kGroupSize = 128;
+constexpr std::uint64_t kGroupSize = 128;
 constexpr std::size_t kMostFilesOfTheWalk = 256;  ///< it reads no samples
 constexpr std::chrono::milliseconds kReportInterval{100};
 
-std::size_t windowFor(int jobs) {
-  return 4 * static_cast<std::size_t>(jobs) + 8;
-}
-
 }  // namespace
 
-BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, const ProgressSink& progress,
-                   std::stop_token stop)
+BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, const Resources& resources,
+                   const ProgressSink& progress, std::stop_token stop)
     : plan_(plan),
       database_(database),
       progress_(progress),
       stop_(std::move(stop)),
       inputs_(plan, kMostFilesOfTheWalk, 0),
-      cacheBytes_(cacheBytesPerFile(jobs, plan.inputs.size())),
-      work_(jobs, windowFor(jobs)) {}
+      budget_(memoryBudget(resources.memoryBytes, resources.jobs, plan.inputs.size())),
+      blockCache_(budget_.blockCacheBytes),
+      work_(resources.jobs, budget_.window) {}
 
 io::Result<void> BuildRun::prepareBase() {
   if (!plan_.base) return {};
@@ -43,7 +40,10 @@ io::Result<void> BuildRun::prepareBase() {
 io::Result<void> BuildRun::estimate() {
   total_ = position_.done;
   TileDatabase* base = baseRows_ ? &*baseRows_ : nullptr;
-  for (int level = 0; level <= position_.level; ++level) {
+  // Blocks hold levels below their own: of those that are done nothing is taken off, for that takes a walk.
+  const bool isAtBlocks = position_.level == plan_.blockLevel;
+  if (isAtBlocks) total_ = 0;
+  for (int level = 0; level <= (isAtBlocks ? plan_.deepestLevel : position_.level); ++level) {
     const auto count = estimatedCandidates(plan_, inputs_, base, level);
     if (!count) return tl::unexpected(count.error());
     total_ += *count;
@@ -97,6 +97,11 @@ io::Result<void> BuildRun::runLevel() {
 }
 
 io::Result<void> BuildRun::submit(const Candidate& candidate) {
+  if (position_.level == plan_.blockLevel) {
+    pending_.push_back(candidate.id);
+    work_.push([this, candidate] { return makerOfThisThread().makeBlock(candidate); });
+    return {};
+  }
   auto task = taskFor(candidate);
   if (!task) return tl::unexpected(task.error());
   pending_.push_back(candidate.id);
@@ -109,7 +114,7 @@ io::Result<void> BuildRun::submit(const Candidate& candidate) {
 TileMaker& BuildRun::makerOfThisThread() {
   const std::scoped_lock lock(makersMutex_);
   std::unique_ptr<TileMaker>& maker = makers_[std::this_thread::get_id()];
-  if (!maker) maker = std::make_unique<TileMaker>(plan_, base_ ? &*base_ : nullptr, cacheBytes_);
+  if (!maker) maker = std::make_unique<TileMaker>(plan_, base_ ? &*base_ : nullptr, budget_);
   return *maker;
 }
 
@@ -120,12 +125,12 @@ io::Result<TileTask> BuildRun::taskFor(const Candidate& candidate) {
   for (int quadrant = 0; quadrant < 4; ++quadrant) {
     auto child = database_.read(candidate.id.child(quadrant));
     if (!child) return tl::unexpected(child.error());
-    if (*child) {
-      auto depths = database_.depths((*child)->id);
-      if (!depths) return tl::unexpected(depths.error());
-      task.childDepths[static_cast<std::size_t>(quadrant)] = std::move(*depths);
-    }
-    task.children[static_cast<std::size_t>(quadrant)] = std::move(*child);
+    if (!*child) continue;
+    auto depths = database_.depths((*child)->id);
+    if (!depths) return tl::unexpected(depths.error());
+    task.childDepths[static_cast<std::size_t>(quadrant)] = std::move(*depths);
+    task.children[static_cast<std::size_t>(quadrant)] =
+        KnownTile{.record = std::move(**child), .heights = nullptr, .pixels = nullptr};
   }
   if (plan_.meta.kind != raster::Kind::elevation) return task;
   // Where voids are filled, a neighbour's samples may be of a deeper level than this tile has, beside its edge too.
@@ -143,7 +148,7 @@ io::Result<void> BuildRun::readDeeper(TileTask& task) {
   };
   std::vector<Parent> parents;
   for (const auto& child : task.children) {
-    if (child) parents.push_back({child->id, child->childMask});
+    if (child) parents.push_back({child->record.id, child->record.childMask});
   }
   for (std::size_t i = 0; i < parents.size(); ++i) {
     const Parent parent = parents[i];
@@ -154,7 +159,7 @@ io::Result<void> BuildRun::readDeeper(TileTask& task) {
       if (!record) return tl::unexpected(record.error());
       if (!*record) continue;
       parents.push_back({(*record)->id, (*record)->childMask});
-      task.deeper.push_back(std::move(**record));
+      task.deeper.push_back({.record = std::move(**record), .heights = nullptr, .pixels = nullptr});
     }
   }
   return {};
@@ -182,7 +187,9 @@ io::Result<void> BuildRun::readBeyond(TileTask& task) {
     if (!record) return tl::unexpected(record.error());
     if (!*record) continue;
     task.beyond[static_cast<std::size_t>(half.edge)][half.half] =
-        AdjacentTile{.record = std::move(**record), .edge = neighbour.edge, .reversed = neighbour.reversed};
+        AdjacentTile{.tile = {.record = std::move(**record), .heights = nullptr, .pixels = nullptr},
+                     .edge = neighbour.edge,
+                     .reversed = neighbour.reversed};
   }
   return {};
 }
@@ -195,12 +202,12 @@ io::Result<void> BuildRun::finishOldest() {
   if (!groupIsOpen_) {
     if (auto ok = beginGroup(); !ok) return ok;
   }
-  if (*made) {
-    if (auto ok = database_.write(**made); !ok) return ok;
+  for (const TileRecord& record : made->records) {
+    if (auto ok = database_.write(record); !ok) return ok;
   }
   position_.row = rowNumberOf(id);
-  position_.done += 1;
-  groupSize_ += 1;
+  position_.done += made->candidates;
+  groupSize_ += made->candidates;
   report();
   return groupSize_ >= kGroupSize ? commitGroup() : io::Result<void>{};
 }

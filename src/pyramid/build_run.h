@@ -11,15 +11,23 @@
 #include "pyramid/ordered_work.h"
 #include "pyramid/tile_maker.h"
 #include "pyramid/tile_walk.h"
+#include "raster/block_cache.h"
 
 namespace tellurion::pyramid {
 
-/// One run over an unfinished database: level by level from the deepest up, tiles in the order of their rows, committed
-/// in groups whose borders depend on the plan alone. So a run that goes on after a kill makes the same groups, and the
-/// file the same bytes. One thread only; its workers are its own.
+/// One run over an unfinished database: first the blocks of the deepest levels, each made whole in memory, where the
+/// plan allows them; then level by level, tiles in the order of their rows, from what is stored. Committed in groups
+/// whose borders depend on the plan alone. So a run that goes on after a kill makes the same groups, and the file the
+/// same bytes. One thread only; its workers are its own.
 class BuildRun {
  public:
-  BuildRun(const BuildPlan& plan, TileDatabase& database, int jobs, const ProgressSink& progress, std::stop_token stop);
+  /// What a run may use; its result does not depend on it.
+  struct Resources {
+    int jobs = 1;
+    std::uint64_t memoryBytes = 0;
+  };
+  BuildRun(const BuildPlan& plan, TileDatabase& database, const Resources& resources, const ProgressSink& progress,
+           std::stop_token stop);
 
   /// From where the database says to the end of level 0. Its last commit does not yet make the database complete.
   io::Result<void> run(BuildPosition start);
@@ -28,7 +36,7 @@ class BuildRun {
   std::set<std::string> warnings() const;
 
  private:
-  using Made = io::Result<std::optional<TileRecord>>;
+  using Made = io::Result<MadeTiles>;
 
   io::Result<void> prepareBase();
   io::Result<void> runLevel();
@@ -48,13 +56,14 @@ class BuildRun {
   const ProgressSink& progress_;
   std::stop_token stop_;
   InputSet inputs_;
-  std::size_t cacheBytes_;  ///< of each file of each maker
+  MemoryBudget budget_;
+  raster::BlockCacheLimit blockCache_;
   std::optional<TileDatabase> baseRows_;
   std::optional<BaseLayer> base_;
 
   BuildPosition position_;  ///< of what is in the open group
   BuildPosition committed_;
-  int groupSize_ = 0;
+  std::uint64_t groupSize_ = 0;  ///< candidates
   bool groupIsOpen_ = false;
   std::uint64_t total_ = 0;
   std::uint64_t doneBefore_ = 0;

@@ -123,15 +123,16 @@ io::Failure unfinished(const TileDatabase& database) {
     return {
         .code = Code::invalidArgument,
         .message = fmt::format("is not finished: a build works in OUT.tdb.part, and this file was renamed; rename it "
-                               "back to {}.part, then '{}', with --max-level and --nodata as they were given then, "
+                               "back to {}.part, then '{}', with --max-level, --nodata, --region and --format as "
+                               "they were given then, "
                                "goes on with it",
                                path, commandToGoOn(database)),
         .where = path};
   }
   const auto tiles = database.connection().integer("SELECT count(*) FROM tiles");
   return {.code = Code::invalidArgument,
-          .message = fmt::format("is an unfinished build, {} tiles so far; '{}', with --max-level and --nodata as they "
-                                 "were given then, goes on with it",
+          .message = fmt::format("is an unfinished build, {} tiles so far; '{}', with --max-level, --nodata, --region "
+                                 "and --format as they were given then, goes on with it",
                                  tiles ? *tiles : 0, commandToGoOn(database)),
           .where = path};
 }

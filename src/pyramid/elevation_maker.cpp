@@ -19,7 +19,11 @@ using raster::Raster;
 /// To the nearest multiple of the step; 0 keeps the height.
 float rounded(float height, double step_m) {
   if (step_m == 0.0 || isNoData(height)) return height;
-  return static_cast<float>(std::nearbyint(static_cast<double>(height) / step_m) * step_m + 0.0);
+  // As std::nearbyint does, which is a call into the library: what is this large has no digits behind the point.
+  constexpr double kWhole = 0x1.8p52;
+  const double steps = static_cast<double>(height) / step_m;
+  const double whole = std::abs(steps) < 0x1p51 ? (steps + kWhole) - kWhole : steps;
+  return static_cast<float>(whole * step_m + 0.0);
 }
 
 /// A tile while it is made: samples, and which of them are settled.
@@ -65,7 +69,7 @@ void takeGutter(Canvas& canvas, tiling::Edge edge, int half, const AdjacentTile&
   const int cells = canvas.cells;
   for (int i = 0; i <= cells / 2; ++i) {
     const int along = adjacent.reversed ? cells - 2 * i : 2 * i;
-    const SampleView view = viewFromEdge(adjacent.record.id, adjacent.edge, along, 2, cells);
+    const SampleView view = viewFromEdge(adjacent.tile.record.id, adjacent.edge, along, 2, cells);
     const float height = sampleOf(tile, view.column, view.row);
     const int place = half * cells / 2 + i;
     switch (edge) {
@@ -85,11 +89,15 @@ void takeGutter(Canvas& canvas, tiling::Edge edge, int half, const AdjacentTile&
   }
 }
 
-io::Result<Raster<float>> samplesOf(const TileRecord& record, int cells) {
+using Heights = std::shared_ptr<const Raster<float>>;
+
+io::Result<Heights> samplesOf(const KnownTile& tile, int cells) {
+  if (tile.heights) return tile.heights;
   const int side = sideOf(raster::Kind::elevation, cells);
-  auto samples = raster::decodeElevation(record.payload, side, side);
-  if (!samples) samples.error().where += " " + nameOf(record.id);
-  return samples;
+  auto samples = raster::decodeElevation(tile.record.payload, side, side);
+  if (samples) return std::make_shared<const Raster<float>>(std::move(*samples));
+  samples.error().where += " " + nameOf(tile.record.id);
+  return tl::unexpected(samples.error());
 }
 
 /// Takes over the children's samples and statistics.
@@ -98,9 +106,9 @@ io::Result<void> takeChildren(const TileTask& task, Canvas& canvas, TileRecord& 
     if (!task.children[q]) continue;
     const auto samples = samplesOf(*task.children[q], canvas.cells);
     if (!samples) return tl::unexpected(samples.error());
-    takeChild(canvas, static_cast<int>(q), task.id.level, *samples, task.childDepths[q]);
+    takeChild(canvas, static_cast<int>(q), task.id.level, **samples, task.childDepths[q]);
     record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
-    record.children[q] = task.children[q]->statistics;
+    record.children[q] = task.children[q]->record.statistics;
   }
   return {};
 }
@@ -121,17 +129,18 @@ HeightStatistics statisticsOf(const Raster<float>& samples, double maxError_m, c
 
 /// Raises the error to the distance to a tile below. One that is covered by deeper ones, which are compared too, is
 /// left out; one of the last level that is compared adds its own error, the others what their samples may be off.
-io::Result<void> raiseError(const Canvas& canvas, const TileRecord& below, double spacing_m, double maxError_m,
+io::Result<void> raiseError(const Canvas& canvas, const KnownTile& tile, double spacing_m, double maxError_m,
                             TileRecord& record) {
   constexpr std::uint8_t kAllChildren = 15;
+  const TileRecord& below = tile.record;
   const bool isLast = below.id.level - record.id.level == kComparedLevels;
   if (below.childMask == kAllChildren && !isLast) return {};
-  const auto samplesBelow = samplesOf(below, canvas.cells);
+  const auto samplesBelow = samplesOf(tile, canvas.cells);
   if (!samplesBelow) return tl::unexpected(samplesBelow.error());
   HeightStatistics& own = record.statistics;
   const ErrorScale scale{.spacing_m = spacing_m,
                          .missing_m = static_cast<double>(own.max_m) - static_cast<double>(own.min_m)};
-  const double distance = distanceToDescendant(record.id, canvas.samples, below.id, *samplesBelow, scale);
+  const double distance = distanceToDescendant(record.id, canvas.samples, below.id, **samplesBelow, scale);
   const double beyond = isLast ? static_cast<double>(below.statistics.error_m) : maxError_m;
   own.error_m = std::max(own.error_m, roundedUp(distance + beyond));
   return {};
@@ -145,7 +154,7 @@ io::Result<void> summarise(const TileTask& task, const Canvas& canvas, double sp
     if (!child) continue;
     if (auto ok = raiseError(canvas, *child, spacing_m, maxError_m, record); !ok) return ok;
   }
-  for (const TileRecord& below : task.deeper) {
+  for (const KnownTile& below : task.deeper) {
     if (auto ok = raiseError(canvas, below, spacing_m, maxError_m, record); !ok) return ok;
   }
   return {};
@@ -156,9 +165,9 @@ io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
     for (int half = 0; half < 2; ++half) {
       const auto& adjacent = task.beyond[static_cast<std::size_t>(edge)][static_cast<std::size_t>(half)];
       if (!adjacent) continue;
-      const auto samples = samplesOf(adjacent->record, canvas.cells);
+      const auto samples = samplesOf(adjacent->tile, canvas.cells);
       if (!samples) return tl::unexpected(samples.error());
-      takeGutter(canvas, edge, half, *adjacent, *samples);
+      takeGutter(canvas, edge, half, *adjacent, **samples);
     }
   }
   return {};
@@ -168,6 +177,14 @@ io::Result<void> takeGutters(const TileTask& task, Canvas& canvas) {
 
 io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::vector<bool>& known,
                                               Raster<float>& samples, Raster<float>& depths) {
+  if (!plan_.fills()) {
+    const auto open = openSamples(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
+    std::vector<float> heights(open.size(), kNoData);
+    if (auto ok = inputs_.heights(task.inputs, task.id, open, heights); !ok) return ok;
+    for (std::size_t i = 0; i < open.size(); ++i)
+      samples.samples[open[i]] = rounded(heights[i], plan_.meta.heightStep_m);
+    return {};
+  }
   const raster::OpenPlaces open =
       openPlaces(plan_.tiling(), task.id, raster::Kind::elevation, plan_.meta.tileCells, known);
   if (open.indices.empty()) return {};
@@ -181,7 +198,7 @@ io::Result<void> TileMaker::sampleOpenHeights(const TileTask& task, const std::v
   return {};
 }
 
-io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& task) {
+TileMaker::Made TileMaker::makeElevation(const TileTask& task) {
   Canvas canvas(plan_.meta.tileCells);
   TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}, .depths = {}};
   if (auto ok = takeChildren(task, canvas, record); !ok) return tl::unexpected(ok.error());
@@ -193,10 +210,12 @@ io::Result<std::optional<TileRecord>> TileMaker::makeElevation(const TileTask& t
                            plan_.meta.body.ellipsoid.semiMajorAxis_m();
   if (auto ok = summarise(task, canvas, spacing_m, plan_.meta.maxError_m, record); !ok)
     return tl::unexpected(ok.error());
-  if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<TileRecord>{};
+  if (isNoData(record.statistics.min_m) && record.childMask == 0) return std::optional<KnownTile>{};
   record.payload = raster::encodeElevation(canvas.samples, plan_.meta.heightStep_m);
   record.depths = encodedDepths(canvas.depths);
-  return std::optional(std::move(record));
+  return std::optional(KnownTile{.record = std::move(record),
+                                 .heights = std::make_shared<const Raster<float>>(std::move(canvas.samples)),
+                                 .pixels = nullptr});
 }
 
 }  // namespace tellurion::pyramid

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "raster/tile.h"
 
@@ -14,28 +15,30 @@ namespace {
 using raster::kGutter;
 using raster::Raster;
 
-/// A position among samples: the one before it and the share of the one after it.
+/// A position among samples: the one before it and the share of the one after it, which is the same one where it has
+/// no share, so that it may have no data.
 struct Between {
   int index;
+  int next;
   double share;
 };
 
-Between between(std::int64_t position, int levels, int cells) {
-  const std::int64_t index = std::min(position >> levels, static_cast<std::int64_t>(cells) - 1);
-  const double share = std::ldexp(static_cast<double>(position - (index << levels)), -levels);
-  return {static_cast<int>(index), share};
+Between between(std::int64_t position, int levels) {
+  const auto index = static_cast<int>(position >> levels);
+  const std::int64_t beyond = position - (std::int64_t{index} << levels);
+  return {.index = index,
+          .next = beyond == 0 ? index : index + 1,
+          .share = static_cast<double>(beyond) / static_cast<double>(std::int64_t{1} << levels)};
 }
 
-/// NaN where a corner that has a weight has no data.
-double surfaceAt(const Raster<float>& samples, const Between& column, const Between& row) {
-  double sum = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const double weight =
-        ((i & 1) != 0 ? column.share : 1.0 - column.share) * ((i >> 1) != 0 ? row.share : 1.0 - row.share);
-    if (weight == 0.0) continue;
-    sum += weight * static_cast<double>(samples.at(column.index + (i & 1) + kGutter, row.index + (i >> 1) + kGutter));
-  }
-  return sum;
+/// NaN where a corner that has a share has no data. Of two rows, without their gutters.
+double surfaceAt(const float* upper, const float* lower, const Between& column, double rowShare) {
+  const double left = 1.0 - column.share;
+  const double top = 1.0 - rowShare;
+  return left * top * static_cast<double>(upper[column.index]) +
+         column.share * top * static_cast<double>(upper[column.next]) +
+         left * rowShare * static_cast<double>(lower[column.index]) +
+         column.share * rowShare * static_cast<double>(lower[column.next]);
 }
 
 /// A bound of the distance from a height in a cell to a surface that has gaps there.
@@ -69,16 +72,23 @@ double distanceToDescendant(const tiling::TileId& id, const Raster<float>& sampl
   const int levels = below.level - id.level;
   const std::int64_t x0 = (std::int64_t{below.x} - (std::int64_t{id.x} << levels)) * cells;
   const std::int64_t y0 = (std::int64_t{below.y} - (std::int64_t{id.y} << levels)) * cells;
+  std::vector<Between> columns;
+  for (int c = 0; c <= cells; ++c)
+    columns.push_back(between(x0 + c, levels));
   double largest = 0.0;
   for (int r = 0; r <= cells; ++r) {
-    const Between row = between(y0 + r, levels, cells);
+    const Between row = between(y0 + r, levels);
+    const float* upper = samples.row(row.index + kGutter).data() + kGutter;
+    const float* lower = samples.row(row.next + kGutter).data() + kGutter;
+    const float* heights = samplesBelow.row(r + kGutter).data() + kGutter;
     for (int c = 0; c <= cells; ++c) {
-      const float height = samplesBelow.at(c + kGutter, r + kGutter);
+      const float height = heights[c];
       if (raster::isNoData(height)) continue;
-      const Between column = between(x0 + c, levels, cells);
-      const double surface = surfaceAt(samples, column, row);
+      const Between& column = columns[static_cast<std::size_t>(c)];
+      const double surface = surfaceAt(upper, lower, column, row.share);
       const double distance = std::isnan(surface)
-                                  ? distanceAtGap(samples, column.index, row.index, static_cast<double>(height), scale)
+                                  ? distanceAtGap(samples, std::min(column.index, cells - 1),
+                                                  std::min(row.index, cells - 1), static_cast<double>(height), scale)
                                   : std::abs(static_cast<double>(height) - surface);
       largest = std::max(largest, distance);
     }

@@ -1,10 +1,15 @@
 #include "pyramid/imagery_cleaning.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "geo/shared_rect.h"
 #include "pyramid/input_set.h"
+#include "pyramid/memory_budget.h"
+#include "raster/block_cache.h"
 #include "raster/cloud_mask.h"
 #include "raster/colour.h"
 #include "raster/land_mask.h"
@@ -18,8 +23,11 @@ using raster::WeightMap;
 
 constexpr double kMapBytes = 256.0 * (1 << 20);
 constexpr int kMostCloudNodes = 2048;
-constexpr std::size_t kMostOpen = 16;
-constexpr std::size_t kCacheBytes = std::size_t{16} << 20u;
+/// What a node of a map takes while the map is made, itself included: distances, and what they are told from.
+constexpr std::uint64_t kBytesOfNode = 6;
+/// The same of clouds: how bright each node is, twice, and marks.
+constexpr std::uint64_t kBytesOfCloudNode = 24;
+constexpr std::uint64_t kBytesOfMatch = std::uint64_t{48} << 20u;  // the places that two pictures are compared at
 /// A ramp is made of so many nodes at least, as far as the map's size allows.
 constexpr double kNodesPerRamp = 16.0;
 /// How much finer than the clear map, the first input, clouds are looked for: what is smaller is more often a field
@@ -28,27 +36,53 @@ constexpr double kFinerThanClear = 32.0;
 /// Around clouds, of their own map: --feather would leave little between scattered ones.
 constexpr double kCloudRim_nodes = 3.0;
 
-std::uint8_t byteOf(double share) {
-  return static_cast<std::uint8_t>(std::lround(255.0 * share));
+/// Nodes a side.
+int mostNodes(const BuildPlan& plan) {
+  const double maps = 3.0 * static_cast<double>(std::max<std::size_t>(plan.inputs.size(), 1));
+  return std::min(raster::kMostMapNodes, static_cast<int>(std::sqrt(kMapBytes / maps)));
 }
 
-/// What both hold; nothing where they do not meet. Where they meet twice, the wider part.
-std::optional<geo::GeoRect> meeting(const geo::GeoRect& a, const geo::GeoRect& b) {
-  const double south = std::max(a.south.degrees(), b.south.degrees());
-  const double north = std::min(a.north.degrees(), b.north.degrees());
-  if (!(south < north)) return std::nullopt;
-  std::optional<std::pair<double, double>> widest;
-  const double aWest = a.west.degrees();
-  for (const double turn : {-360.0, 0.0, 360.0}) {
-    const double west = std::max(aWest, b.west.degrees() + turn);
-    const double east = std::min(aWest + a.width.degrees(), b.west.degrees() + turn + b.width.degrees());
-    if (west < east && (!widest || east - west > widest->second - widest->first)) widest = {west, east};
+/// Of a map with ramps of --feather: what is built of an input, and as much around it as reaches into that.
+raster::LonLatGrid rampGrid(const BuildPlan& plan, int input) {
+  const PlannedInput& planned = plan.inputs[static_cast<std::size_t>(input)];
+  const double radius_m = plan.meta.body.ellipsoid.meanRadius_m();
+  const auto ramp = geo::Angle::radians(plan.cleaning.feather_m / radius_m);
+  const geo::Angle spacing = std::max(planned.spacing, ramp / kNodesPerRamp);
+  const auto area = geo::sharedRect(planned.extent, planned.bounds.grown(ramp * 1.01 + spacing));
+  return raster::gridOfSpacing(plan.region && area ? *area : planned.extent, spacing, mostNodes(plan));
+}
+
+raster::LonLatGrid cloudGrid(const BuildPlan& plan, int input) {
+  const PlannedInput& planned = plan.inputs[static_cast<std::size_t>(input)];
+  const geo::Angle spacing = std::max(planned.spacing, plan.inputs.front().spacing / kFinerThanClear);
+  return raster::gridOfSpacing(planned.bounds, spacing, std::min(kMostCloudNodes, mostNodes(plan)));
+}
+
+/// The first input of a database lies over nothing.
+int lowestToMap(const BuildPlan& plan) {
+  return plan.base ? 0 : 1;
+}
+
+/// What the maps take at most while they are made.
+std::uint64_t bytesToPrepare(const BuildPlan& plan) {
+  const CleaningOptions& options = plan.cleaning;
+  std::uint64_t kept = 0;
+  std::uint64_t passing = options.matchColours || options.clouds ? kBytesOfMatch : 0;
+  const auto count = [&](const raster::LonLatGrid& grid, std::uint64_t bytesOfNode) {
+    const std::uint64_t nodes = static_cast<std::uint64_t>(grid.width) * static_cast<std::uint64_t>(grid.height);
+    kept += nodes;
+    passing = std::max(passing, nodes * bytesOfNode);
+  };
+  for (int input = lowestToMap(plan); input < static_cast<int>(plan.inputs.size()); ++input) {
+    if (!options.cutAt.empty()) count(rampGrid(plan, input), kBytesOfNode);
+    if (options.feather_m > 0.0) count(rampGrid(plan, input), kBytesOfNode);
+    if (options.clouds) count(cloudGrid(plan, input), kBytesOfCloudNode);
   }
-  if (!widest) return std::nullopt;
-  return geo::GeoRect{.south = geo::Angle::degrees(south),
-                      .north = geo::Angle::degrees(north),
-                      .west = geo::wrappedLongitude(geo::Angle::degrees(widest->first)),
-                      .width = geo::Angle::degrees(widest->second - widest->first)};
+  return kept + passing;
+}
+
+std::uint8_t byteOf(double share) {
+  return static_cast<std::uint8_t>(std::lround(255.0 * share));
 }
 
 }  // namespace
@@ -56,20 +90,17 @@ std::optional<geo::GeoRect> meeting(const geo::GeoRect& a, const geo::GeoRect& b
 /// Reads the inputs and fills the entries, topmost last. One thread only.
 class ImageryCleaning::Preparation {
  public:
-  Preparation(const BuildPlan& plan, ImageryCleaning& cleaning, std::stop_token stop)
+  Preparation(const BuildPlan& plan, const MemoryBudget& budget, ImageryCleaning& cleaning, std::stop_token stop)
       : plan_(plan),
         options_(plan.cleaning),
         cleaning_(cleaning),
         stop_(std::move(stop)),
-        inputs_(plan, kMostOpen, kCacheBytes),
-        count_(static_cast<int>(plan.inputs.size())) {
-    const double maps = 3.0 * std::max(count_, 1);
-    mostNodes_ = std::min(raster::kMostMapNodes, static_cast<int>(std::sqrt(kMapBytes / maps)));
-  }
+        inputs_(plan, budget.openFiles, budget.bytesPerFile),
+        blockCache_(budget.blockCacheBytes),
+        count_(static_cast<int>(plan.inputs.size())) {}
 
   io::Result<void> run() {
-    const int lowest = plan_.base ? 0 : 1;  // the first lies over nothing
-    for (int input = lowest; input < count_; ++input) {
+    for (int input = lowestToMap(plan_); input < count_; ++input) {
       if (!options_.cutAt.empty()) {
         if (auto ok = cut(input); !ok) return ok;
       }
@@ -95,16 +126,10 @@ class ImageryCleaning::Preparation {
     return io::fail(io::Failure::Code::cancelled, "stopped");
   }
 
-  raster::LonLatGrid gridFor(int input, double ramp_m, int mostNodes) const {
-    const double wanted = ramp_m / kNodesPerRamp / plan_.meta.body.ellipsoid.meanRadius_m();
-    const auto spacing = geo::Angle::radians(std::max(planned(input).spacing.radians(), wanted));
-    return raster::gridOfSpacing(planned(input).bounds, spacing, mostNodes);
-  }
-
   /// 1 in the polygons, fading to 0 over the feather's width outside.
   io::Result<void> cut(int input) {
     if (auto ok = goOn(); !ok) return ok;
-    const raster::LonLatGrid grid = gridFor(input, options_.feather_m, mostNodes_);
+    const raster::LonLatGrid grid = rampGrid(plan_, input);
     auto land = raster::insidePolygons(options_.cutAt, grid);
     if (!land) return tl::unexpected(land.error());
     Raster<std::uint8_t> sea(grid.width, grid.height);
@@ -119,7 +144,7 @@ class ImageryCleaning::Preparation {
 
   /// 0 at the border of its data, rising to 1 over the feather's width inside.
   io::Result<void> feather(int input) {
-    const raster::LonLatGrid grid = gridFor(input, options_.feather_m, mostNodes_);
+    const raster::LonLatGrid grid = rampGrid(plan_, input);
     const geo::Angle footprint = (grid.bounds.north - grid.bounds.south) / grid.height;
     Raster<std::uint8_t> covered(grid.width, grid.height);
     std::vector<Rgba8> colours;
@@ -140,9 +165,7 @@ class ImageryCleaning::Preparation {
 
   io::Result<void> removeClouds(int input) {
     if (auto ok = goOn(); !ok) return ok;
-    const geo::Angle spacing = std::max(planned(input).spacing, planned(0).spacing / kFinerThanClear);
-    const raster::LonLatGrid grid =
-        raster::gridOfSpacing(planned(input).bounds, spacing, std::min(kMostCloudNodes, mostNodes_));
+    const raster::LonLatGrid grid = cloudGrid(plan_, input);
     const auto clear = [&](std::span<const geo::Direction> places, geo::Angle footprint, std::span<Rgba8> out) {
       io::Result<void> ok;
       for (int below = 0; ok && below < input; ++below)
@@ -166,8 +189,8 @@ class ImageryCleaning::Preparation {
     std::optional<geo::GeoRect> above;
     geo::Angle spacing = planned(input).spacing;
     for (int other = input + 1; other < count_; ++other) {
-      const auto both = meeting(planned(input).bounds, planned(other).bounds);
-      if (!both) continue;
+      const auto both = geo::sharedRect(planned(input).bounds, planned(other).bounds);
+      if (!both || !(both->south < both->north && both->width > geo::Angle())) continue;
       above = above ? above->united(*both) : *both;
       spacing = std::max(spacing, planned(other).spacing);
     }
@@ -210,17 +233,35 @@ class ImageryCleaning::Preparation {
   ImageryCleaning& cleaning_;
   std::stop_token stop_;
   InputSet inputs_;
+  raster::BlockCacheLimit blockCache_;
   int count_;
-  int mostNodes_;
 };
 
 io::Result<std::shared_ptr<const ImageryCleaning>> ImageryCleaning::prepare(const BuildPlan& plan,
+                                                                            std::uint64_t memoryBytes,
                                                                             std::stop_token stop) {
   if (!plan.cleaning.asksForAnything()) return nullptr;
+  const std::uint64_t needed = bytesToPrepare(plan);
+  if (memoryBytes < kLeastMemory + needed) {
+    constexpr std::uint64_t kMiB = std::uint64_t{1} << 20u;
+    return io::fail(io::Failure::Code::invalidArgument,
+                    fmt::format("cleaning these inputs takes at least {} MiB of memory: give it with --memory",
+                                (kLeastMemory + needed + kMiB - 1) / kMiB));
+  }
+  const MemoryBudget budget = memoryBudget(memoryBytes - needed, 1, plan.inputs.size());
   auto cleaning = std::make_shared<ImageryCleaning>();
   cleaning->entries_.resize(plan.inputs.size());
-  if (auto ok = Preparation(plan, *cleaning, std::move(stop)).run(); !ok) return tl::unexpected(ok.error());
+  if (auto ok = Preparation(plan, budget, *cleaning, std::move(stop)).run(); !ok) return tl::unexpected(ok.error());
   return cleaning;
+}
+
+std::uint64_t ImageryCleaning::bytes() const {
+  std::uint64_t bytes = 0;
+  for (const Entry& entry : entries_) {
+    for (const std::optional<WeightMap>* map : {&entry.land, &entry.rim, &entry.clear})
+      bytes += *map ? (*map)->weights.samples.size() : 0;
+  }
+  return bytes;
 }
 
 void ImageryCleaning::lay(int input, std::span<const geo::Direction> places, std::span<Rgba8> own,

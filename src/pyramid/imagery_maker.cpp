@@ -90,11 +90,31 @@ bool isEmpty(const Raster<Rgba8>& pixels) {
   return true;
 }
 
-/// JPEG where everything is covered, else WebP without loss.
-io::Result<std::vector<std::byte>> payloadOf(const Raster<Rgba8>& pixels) {
+io::Result<std::shared_ptr<const Raster<Rgba8>>> pixelsOf(const KnownTile& tile, int tileCells) {
+  if (tile.pixels) return tile.pixels;
+  const int side = sideOf(raster::Kind::imagery, tileCells);
+  auto pixels = raster::decodeImage(tile.record.payload, side, side);
+  if (pixels) return std::make_shared<const Raster<Rgba8>>(std::move(*pixels));
+  pixels.error().where += " " + nameOf(tile.record.id);
+  return tl::unexpected(pixels.error());
+}
+
+raster::ImageFormat formatOf(const Raster<Rgba8>& pixels, TileFormat wanted) {
+  switch (wanted) {
+    case TileFormat::png:
+      return raster::ImageFormat::png;
+    case TileFormat::webp:
+      return raster::ImageFormat::webp;
+    case TileFormat::jpeg:
+      break;
+  }
   const bool isCovered = std::ranges::all_of(pixels.samples, [](Rgba8 p) { return p.a == 255; });
-  return isCovered ? raster::encodeImage(pixels, raster::ImageFormat::jpeg, kJpegQuality)
-                   : raster::encodeImage(pixels, raster::ImageFormat::webp, kLossless);
+  return isCovered ? raster::ImageFormat::jpeg : raster::ImageFormat::webp;
+}
+
+io::Result<std::vector<std::byte>> payloadOf(const Raster<Rgba8>& pixels, TileFormat wanted) {
+  const raster::ImageFormat format = formatOf(pixels, wanted);
+  return raster::encodeImage(pixels, format, format == raster::ImageFormat::jpeg ? kJpegQuality : kLossless);
 }
 
 }  // namespace
@@ -115,15 +135,14 @@ io::Result<void> TileMaker::sampleOpenColours(const TileTask& task, const std::v
   return {};
 }
 
-io::Result<std::optional<TileRecord>> TileMaker::makeImagery(const TileTask& task) {
+TileMaker::Made TileMaker::makeImagery(const TileTask& task) {
   Canvas canvas(plan_.meta.tileCells);
   TileRecord record{.id = task.id, .statistics = {}, .childMask = 0, .children = {}, .payload = {}};
-  const int side = sideOf(raster::Kind::imagery, plan_.meta.tileCells);
   for (std::size_t q = 0; q < 4; ++q) {
     if (!task.children[q]) continue;
-    const auto child = raster::decodeImage(task.children[q]->payload, side, side);
+    const auto child = pixelsOf(*task.children[q], canvas.size);
     if (!child) return tl::unexpected(child.error());
-    takeChild(canvas, static_cast<int>(q), *child);
+    takeChild(canvas, static_cast<int>(q), **child);
     record.childMask = static_cast<std::uint8_t>(record.childMask | (1u << q));
   }
   for (const int row : {-1, canvas.size}) {
@@ -132,11 +151,13 @@ io::Result<std::optional<TileRecord>> TileMaker::makeImagery(const TileTask& tas
   }
   if (auto ok = sampleOpenColours(task, canvas.known, canvas.pixels); !ok) return tl::unexpected(ok.error());
   fillCorners(canvas.pixels);
-  if (record.childMask == 0 && isEmpty(canvas.pixels)) return std::optional<TileRecord>{};
-  auto payload = payloadOf(canvas.pixels);
+  if (record.childMask == 0 && isEmpty(canvas.pixels)) return std::optional<KnownTile>{};
+  auto payload = payloadOf(canvas.pixels, plan_.format);
   if (!payload) return tl::unexpected(payload.error());
   record.payload = std::move(*payload);
-  return std::optional(std::move(record));
+  return std::optional(KnownTile{.record = std::move(record),
+                                 .heights = nullptr,
+                                 .pixels = std::make_shared<const Raster<Rgba8>>(std::move(canvas.pixels))});
 }
 
 }  // namespace tellurion::pyramid

@@ -8,17 +8,45 @@
 namespace tellurion::pyramid {
 namespace {
 
-/// Of samples of an imagery tile. Those that no single place owns get any: an input has nothing there.
-std::vector<geo::Direction> placesOf(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+/// Where samples of a tile lie. Those that no single place owns get any: an input has nothing there.
+std::vector<geo::Direction> placesOf(const BuildPlan& plan, const tiling::TileId& id,
                                      std::span<const std::size_t> indices) {
-  const auto side = static_cast<std::size_t>(raster::sideOf(raster::Kind::imagery, cells));
+  const tiling::Tiling tiling = plan.tiling();
+  const auto side = static_cast<std::size_t>(raster::sideOf(plan.meta.kind, plan.meta.tileCells));
   std::vector<geo::Direction> places(indices.size());
   std::ranges::transform(indices, places.begin(), [&](std::size_t i) {
-    return raster::placeOf(tiling, id, raster::Kind::imagery, cells, static_cast<int>(i % side),
+    return raster::placeOf(tiling, id, plan.meta.kind, plan.meta.tileCells, static_cast<int>(i % side),
                            static_cast<int>(i / side))
         .value_or(geo::Direction{});
   });
   return places;
+}
+
+bool holds(const geo::GeoRect& outer, const geo::GeoRect& inner) {
+  if (inner.south < outer.south || inner.north > outer.north) return false;
+  if (outer.width >= geo::Angle::degrees(360.0)) return true;
+  geo::Angle from = geo::wrappedLongitude(inner.west - outer.west);
+  if (from < geo::Angle()) from = from + geo::Angle::degrees(360.0);
+  return from + inner.width <= outer.width;
+}
+
+/// Which of the samples lie in the region that is built, as indices into `indices`; nothing: all.
+std::optional<std::vector<std::size_t>> insideOfRegion(const BuildPlan& plan, const tiling::TileId& id,
+                                                       std::span<const std::size_t> indices) {
+  if (!plan.region) return std::nullopt;
+  const tiling::Tiling tiling = plan.tiling();
+  const geo::Angle gutter = tiling.metrics(id.level).largestEdge * (2.0 / plan.meta.tileCells);
+  if (holds(*plan.region, tiling.bounds(id).grown(gutter))) return std::nullopt;
+  const auto side = static_cast<std::size_t>(raster::sideOf(plan.meta.kind, plan.meta.tileCells));
+  std::vector<std::size_t> inside;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const auto place = raster::placeOf(tiling, id, plan.meta.kind, plan.meta.tileCells,
+                                       static_cast<int>(indices[i] % side), static_cast<int>(indices[i] / side));
+    if (!place) continue;
+    const geo::Geodetic at = geo::geodeticFromDirection(*place);
+    if (plan.region->contains(at.lat, at.lon)) inside.push_back(i);
+  }
+  return inside;
 }
 
 }  // namespace
@@ -59,12 +87,67 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   return &*slot.file;
 }
 
-/// The input's heights, which are above its vertical datum, as heights above the ellipsoid.
-io::Result<void> InputSet::heightsAboveDatum(int input, raster::RasterFile& file,
-                                             std::span<const geo::Direction> places, std::span<float> out) {
+template <class T>
+io::Result<void> InputSet::laid(std::span<const int> inputs, const tiling::TileId& id,
+                                std::span<const std::size_t> indices, std::span<T> out) {
+  const auto within = insideOfRegion(plan_, id, indices);
+  if (within && within->size() < indices.size()) {
+    std::vector<std::size_t> some(within->size());
+    std::vector<T> values(within->size());
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      some[i] = indices[(*within)[i]];
+      values[i] = out[(*within)[i]];
+    }
+    if (auto ok = sampled(inputs, id, some, std::span(values)); !ok) return ok;
+    for (std::size_t i = 0; i < some.size(); ++i)
+      out[(*within)[i]] = values[i];
+    return {};
+  }
+  return sampled(inputs, id, indices, out);
+}
+
+io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<float> out) {
+  if (indices.empty()) return {};
+  const bool isMoved = !plan_.verticalDatum.empty();
+  const auto places = isMoved ? placesOf(plan_, id, indices) : std::vector<geo::Direction>();
+  std::vector<float> own(places.size());
+  for (const int input : inputs) {
+    const auto opened = file(input);
+    if (!opened) return tl::unexpected(opened.error());
+    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
+    std::ranges::fill(own, raster::kNoData);
+    const std::span<float> target = isMoved ? own : out;
+    auto ok = (*opened)->sampleTile(plan_.tiling(), id, plan_.meta.tileCells, indices, footprint, target);
+    if (ok && isMoved) ok = layAboveDatum(input, **opened, places, own, out);
+    if (!ok) return ok;
+  }
+  return {};
+}
+
+io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
+  if (indices.empty()) return {};
+  const auto places = plan_.cleaned ? placesOf(plan_, id, indices) : std::vector<geo::Direction>();
+  std::vector<raster::Rgba8> own(places.size());
+  for (const int input : inputs) {
+    const auto opened = file(input);
+    if (!opened) return tl::unexpected(opened.error());
+    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
+    std::ranges::fill(own, raster::Rgba8{});
+    const std::span<raster::Rgba8> target = plan_.cleaned ? own : out;
+    auto ok = (*opened)->sampleTile(plan_.tiling(), id, plan_.meta.tileCells, indices, footprint, target);
+    if (!ok) return ok;
+    if (plan_.cleaned) plan_.cleaned->lay(input, places, own, out);
+  }
+  return {};
+}
+
+/// Lays an input's heights, which are above its vertical datum, as heights above the ellipsoid.
+io::Result<void> InputSet::layAboveDatum(int input, const raster::RasterFile& file,
+                                         std::span<const geo::Direction> places, std::span<const float> heights,
+                                         std::span<float> out) {
   const auto index = static_cast<std::size_t>(input);
-  std::vector<float> heights(places.size(), raster::kNoData);
-  if (auto ok = file.sampleHeights(places, plan_.inputs[index].footprint, heights); !ok) return ok;
   std::vector<std::size_t> found;
   std::vector<geo::Direction> foundPlaces;
   for (std::size_t i = 0; i < heights.size(); ++i) {
@@ -74,7 +157,7 @@ io::Result<void> InputSet::heightsAboveDatum(int input, raster::RasterFile& file
   }
   std::optional<raster::VerticalDatum>& datum = files_[index].datum;
   if (!datum) {
-    auto opened = raster::VerticalDatum::open(plan_.verticalDatum, file.info().body, file.info().bounds);
+    auto opened = raster::VerticalDatum::open(plan_.verticalDatum, file.info().body, plan_.inputs[index].bounds);
     if (!opened) return tl::unexpected(opened.error());
     datum.emplace(std::move(*opened));
   }
@@ -88,43 +171,21 @@ io::Result<void> InputSet::heightsAboveDatum(int input, raster::RasterFile& file
   return {};
 }
 
-io::Result<void> InputSet::heights(std::span<const int> inputs, std::span<const geo::Direction> places,
-                                   std::span<float> out) {
-  for (const int input : inputs) {
-    const auto opened = file(input);
-    if (!opened) return tl::unexpected(opened.error());
-    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
-    auto ok = plan_.verticalDatum.empty() ? (*opened)->sampleHeights(places, footprint, out)
-                                          : heightsAboveDatum(input, **opened, places, out);
-    if (!ok) return ok;
-  }
-  return {};
-}
-
-io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::TileId& id,
-                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
-  const tiling::Tiling tiling = plan_.tiling();
-  const auto places =
-      plan_.cleaned ? placesOf(tiling, id, plan_.meta.tileCells, indices) : std::vector<geo::Direction>();
-  std::vector<raster::Rgba8> own(places.size());
-  for (const int input : inputs) {
-    const auto opened = file(input);
-    if (!opened) return tl::unexpected(opened.error());
-    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
-    std::ranges::fill(own, raster::Rgba8{});
-    const std::span<raster::Rgba8> target = plan_.cleaned ? own : out;
-    auto ok = (*opened)->sampleTile(tiling, id, plan_.meta.tileCells, indices, footprint, target);
-    if (!ok) return ok;
-    if (plan_.cleaned) plan_.cleaned->lay(input, places, own, out);
-  }
-  return {};
-}
-
 io::Result<void> InputSet::coloursAt(int input, std::span<const geo::Direction> places, geo::Angle footprint,
                                      std::span<raster::Rgba8> out) {
   const auto opened = file(input);
   if (!opened) return tl::unexpected(opened.error());
   return (*opened)->sampleColours(places, footprint, out);
+}
+
+io::Result<void> InputSet::heights(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<float> out) {
+  return laid(inputs, id, indices, out);
+}
+
+io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::TileId& id,
+                                   std::span<const std::size_t> indices, std::span<raster::Rgba8> out) {
+  return laid(inputs, id, indices, out);
 }
 
 io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id, geo::Angle within) {

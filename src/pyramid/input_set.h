@@ -19,11 +19,11 @@ class InputSet {
   InputSet(const BuildPlan& plan, std::size_t mostOpen, std::size_t cacheBytes)
       : plan_(plan), files_(plan.inputs.size()), mostOpen_(mostOpen), cacheBytes_(cacheBytes) {}
 
-  /// Lays the named inputs, in order, over what `out` holds; each with its own footprint. So a height depends on the
-  /// place alone: neither on the tile that asks nor on its level. Colours do so where tiles meet, and within tiles but
-  /// for the 1/256 of a pixel that sampleTile may be off.
-  io::Result<void> heights(std::span<const int> inputs, std::span<const geo::Direction> places, std::span<float> out);
-  /// For samples of a tile, as RasterFile::sampleTile.
+  /// Lays the named inputs, in order, over what `out` holds, of samples of a tile as RasterFile::sampleTile; each with
+  /// its own footprint. So a height depends on the place alone: neither on the tile that asks nor on its level. Colours
+  /// do so where tiles meet, and within tiles but for the 1/256 of a pixel that sampleTile may be off.
+  io::Result<void> heights(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
+                           std::span<float> out);
   io::Result<void> colours(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
                            std::span<raster::Rgba8> out);
 
@@ -45,9 +45,16 @@ class InputSet {
     std::uint64_t lastUse = 0;
   };
   io::Result<raster::RasterFile*> file(int input);
-  io::Result<void> heightsAboveDatum(int input, raster::RasterFile& file, std::span<const geo::Direction> places,
-                                     std::span<float> out);
+  io::Result<void> layAboveDatum(int input, const raster::RasterFile& file, std::span<const geo::Direction> places,
+                                 std::span<const float> heights, std::span<float> out);
+  template <class T>
+  io::Result<void> laid(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
+                        std::span<T> out);
   void closeOldest();
+  io::Result<void> sampled(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
+                           std::span<float> out);
+  io::Result<void> sampled(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
+                           std::span<raster::Rgba8> out);
   static void collectWarnings(const raster::RasterFile& file, std::set<std::string>& warnings);
 
   const BuildPlan& plan_;

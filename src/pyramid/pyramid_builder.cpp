@@ -90,8 +90,9 @@ io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, con
   if (database->meta().buildKey != plan.meta.buildKey) {
     return io::fail(
         Code::invalidArgument,
-        fmt::format("is left from a build with other inputs or options; finish that one ('{}', with "
-                    "--max-level, --nodata and the like as they were given then), or remove the file to start over",
+        fmt::format("is left from a build with other inputs or options; finish that one ('{}', with --max-level, "
+                    "--nodata, --region, --format and the like as they were given then), or remove the file to start "
+                    "over",
                     commandToGoOn(*database)),
         part.string());
   }
@@ -100,7 +101,7 @@ io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, con
 
 /// The file that is worked on: an interrupted run's, or a new one.
 io::Result<Opened> openPart(const fs::path& part, const BuildPlan& plan, const std::string& baseKey) {
-  const BuildPosition start{.level = plan.deepestLevel, .row = 0, .done = 0};
+  const BuildPosition start{.level = plan.startLevel(), .row = 0, .done = 0};
   std::error_code error;
   if (fs::exists(part, error)) {
     const auto blank = TileDatabase::isBlank(part);
@@ -151,7 +152,9 @@ io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan,
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
-  BuildRun run(plan, database, jobsFor(options), progress, std::move(stop));
+  const std::uint64_t maps = plan.cleaned ? plan.cleaned->bytes() : 0;
+  const BuildRun::Resources resources{.jobs = jobsFor(options), .memoryBytes = options.memoryBytes - maps};
+  BuildRun run(plan, database, resources, progress, std::move(stop));
   if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());
   warnings.merge(run.warnings());
   const auto lastRow = database.connection().integer("SELECT max(id) FROM tiles");
@@ -249,7 +252,7 @@ io::Result<BuildReport> buildPyramid(const BuildOptions& options, const Progress
         "lay the inputs over it with --append",
         options.output.string());
   }
-  auto cleaned = ImageryCleaning::prepare(*plan, stop);
+  auto cleaned = ImageryCleaning::prepare(*plan, options.memoryBytes, stop);
   if (!cleaned) return tl::unexpected(cleaned.error());
   plan->cleaned = std::move(*cleaned);
   return build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));

@@ -6,15 +6,25 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "geo/body.h"
+#include "geo/geo_rect.h"
 #include "io/failure.h"
 #include "pyramid/cleaning_options.h"
 #include "raster/tile.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::pyramid {
+
+/// How imagery is stored: JPEG where a tile is wholly covered and WebP without loss elsewhere; all PNG; all WebP
+/// without loss.
+enum class TileFormat : std::uint8_t { jpeg, png, webp };
+std::optional<TileFormat> tileFormatByName(std::string_view name);
+std::string_view nameOf(TileFormat format);
+
+inline constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20u;
 
 struct BuildOptions {
   std::filesystem::path output;     ///< work is done in OUTPUT.part, renamed at the end
@@ -36,7 +46,14 @@ struct BuildOptions {
   /// ellipsoid. Empty: as they are.
   std::string verticalDatum;
   CleaningOptions cleaning;  ///< imagery
-  int jobs = 0;              ///< worker threads; 0: one for each core
+  /// Only what lies in it is built, as if every input ended at its edges; nothing beside it is read but what samples
+  /// within are made of.
+  std::optional<geo::GeoRect> region;
+  TileFormat format = TileFormat::jpeg;  ///< imagery
+  /// What the process may take of memory, resident, at most, whatever the size of the inputs; kLeastMemory at least.
+  /// Blocks of an input that are larger than a part of it are read all the same, and so are many workers fed.
+  std::uint64_t memoryBytes = std::uint64_t{1} << 30u;
+  int jobs = 0;         ///< worker threads; 0: one for each core
   bool append = false;  ///< lay the inputs over the database that is there; kind, tiling and body must agree with it
 };
 

@@ -311,18 +311,24 @@ TEST(BuildPlan, DepthIsTheFirstLevelAsFineAsTheInput) {
   EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
 }
 
-TEST(BuildMemory, AllFilesOfAllThreadsShareOneBudget) {
-  constexpr std::size_t kMiB = std::size_t{1} << 20u;
-  for (const int jobs : {1, 4, 16, 32}) {
-    for (const std::size_t inputs : {1u, 3u, 16u, 5000u}) {
-      const std::size_t files = std::min<std::size_t>(inputs, 16) * static_cast<std::size_t>(jobs);
-      const std::size_t bytes = cacheBytesPerFile(jobs, inputs);
-      EXPECT_LE(files * bytes, 512 * kMiB) << jobs << " threads, " << inputs << " inputs";
-      EXPECT_GE(bytes, kMiB);
+TEST(BuildMemory, PartsAreNoMoreThanTheWhole) {
+  constexpr std::uint64_t kMiB = std::uint64_t{1} << 20u;
+  for (const std::uint64_t bytes : {128 * kMiB, 200 * kMiB, 1024 * kMiB, 16384 * kMiB}) {
+    for (const int jobs : {1, 2, 4, 16}) {
+      for (const std::size_t inputs : {1u, 3u, 16u, 5000u}) {
+        const MemoryBudget budget = memoryBudget(bytes, jobs, inputs);
+        const std::uint64_t worker = budget.openFiles * budget.bytesPerFile + budget.lattices * (kMiB / 4);
+        const std::uint64_t all =
+            budget.blockCacheBytes + static_cast<std::uint64_t>(jobs) * worker + budget.window * 4 * kMiB;
+        if (bytes >= 200 * kMiB || jobs <= 2) {
+          EXPECT_LE(all + 80 * kMiB, bytes) << bytes / kMiB << " MiB, " << jobs << " threads, " << inputs << " inputs";
+        }
+        EXPECT_GE(budget.openFiles, 1u);
+        EXPECT_LE(budget.openFiles, inputs);
+        EXPECT_GE(budget.window, 2u);
+      }
     }
   }
-  EXPECT_EQ(cacheBytesPerFile(1, 1), 64 * kMiB);
-  EXPECT_EQ(cacheBytesPerFile(1024, 16), kMiB);
 }
 
 TEST(BuildPlan, HeightStepIsAPowerOfTwo) {

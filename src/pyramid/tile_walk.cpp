@@ -32,6 +32,21 @@ TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, 
   }
 }
 
+TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, const Candidate& parent)
+    : plan_(plan),
+      inputs_(inputs),
+      base_(nullptr),
+      level_(parent.id.level + 1),
+      makesWithin_(angleOf(plan.fill.reachOfTiles(level_))),
+      touchesWithin_(makesWithin_),
+      after_(0) {
+  std::vector<Touch> touches;
+  for (std::size_t i = 0; i < parent.inputs.size(); ++i)
+    touches.push_back({.input = parent.inputs[i], .inside = parent.makes[i]});
+  for (int quadrant = 3; quadrant >= 0 && started_; --quadrant)
+    started_ = push(parent.id.child(quadrant), touches);
+}
+
 /// Whether all the tile's descendants at the level are in rows up to `after`.
 bool TileWalk::isBehind(const tiling::TileId& id) const {
   const int below = 2 * (level_ - id.level);
@@ -98,9 +113,11 @@ io::Result<std::optional<Candidate>> TileWalk::next() {
     const Node node = std::move(stack_.back());
     stack_.pop_back();
     if (node.id.level == level_) {
-      Candidate candidate{.id = node.id, .inputs = {}};
-      for (const Touch& touch : node.touches)
+      Candidate candidate{.id = node.id, .inputs = {}, .makes = {}};
+      for (const Touch& touch : node.touches) {
         candidate.inputs.push_back(touch.input);
+        candidate.makes.push_back(touch.inside);
+      }
       return std::optional(std::move(candidate));
     }
     for (int quadrant = 3; quadrant >= 0; --quadrant) {

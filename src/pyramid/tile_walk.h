@@ -11,6 +11,8 @@ namespace tellurion::pyramid {
 struct Candidate {
   tiling::TileId id;
   std::vector<int> inputs;
+  std::vector<bool>
+      makes;  ///< of each input: it makes the tile and all its ancestors candidates where it is deep enough
 };
 
 /// The candidates of one level in the order of their rows, found by descending from the roots only where inputs are, so
@@ -21,6 +23,8 @@ class TileWalk {
  public:
   /// Tiles with rows up to `after` are left out. `base` may be null; all must outlive the walk.
   TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after = 0);
+  /// Those among the children of a candidate, without a base.
+  TileWalk(const BuildPlan& plan, InputSet& inputs, const Candidate& parent);
 
   /// Nothing: the level is done.
   io::Result<std::optional<Candidate>> next();

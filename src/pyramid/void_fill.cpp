@@ -13,7 +13,6 @@ using raster::isNoData;
 using raster::kGutter;
 using raster::kNoData;
 
-constexpr std::size_t kMostLattices = 96;  ///< kept, of some 0.2 MB each
 constexpr int kBlockCells = 8;
 constexpr std::int8_t kNoDepth = -1;
 
@@ -124,8 +123,8 @@ struct VoidFill::Pair {
   double distance;
 };
 
-VoidFill::VoidFill(const BuildPlan& plan, const BaseLayer* base, InputSet& inputs)
-    : plan_(plan), base_(base), inputs_(inputs) {}
+VoidFill::VoidFill(const BuildPlan& plan, const BaseLayer* base, InputSet& inputs, std::size_t mostLattices)
+    : plan_(plan), base_(base), inputs_(inputs), mostLattices_(mostLattices) {}
 VoidFill::~VoidFill() = default;
 
 io::Result<VoidFill::Layers> VoidFill::layersAt(const tiling::TileId& id, std::span<const int> inputs,
@@ -152,7 +151,7 @@ io::Result<VoidFill::Layers> VoidFill::layersAt(const tiling::TileId& id, std::s
   std::ranges::sort(layers.strata, {}, &Layers::Stratum::depth);
   for (const int input : inputs) {
     std::ranges::fill(heights, kNoData);
-    if (auto ok = inputs_.heights(std::span(&input, 1), samples.places, heights); !ok)
+    if (auto ok = inputs_.heights(std::span(&input, 1), id, samples.indices, heights); !ok)
       return tl::unexpected(ok.error());
     const int depth = plan_.inputs[static_cast<std::size_t>(input)].depth;
     for (Layers::Stratum& stratum : layers.strata) {
@@ -307,7 +306,7 @@ io::Result<std::shared_ptr<VoidFill::Lattice>> VoidFill::lattice(const tiling::T
   }
   auto made = makeLattice(id);
   if (!made) return made;
-  if (kept_.size() >= kMostLattices) {
+  if (kept_.size() >= mostLattices_) {
     kept_.erase(std::ranges::min_element(kept_, {}, [](const auto& entry) { return entry.second.lastUse; }));
   }
   kept_[id] = {*made, ++uses_};

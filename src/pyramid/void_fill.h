@@ -25,7 +25,8 @@ namespace tellurion::pyramid {
 /// It depends on data no farther away than FillPlan::reachDownTo says. (docs/decisions/0013-voids.md)
 class VoidFill {
  public:
-  VoidFill(const BuildPlan& plan, const BaseLayer* base, InputSet& inputs);
+  /// Keeps so many tiles of finer data, of some 0.2 MB each.
+  VoidFill(const BuildPlan& plan, const BaseLayer* base, InputSet& inputs, std::size_t mostLattices);
   ~VoidFill();
 
   struct Heights {
@@ -54,6 +55,7 @@ class VoidFill {
   const BuildPlan& plan_;
   const BaseLayer* base_;  ///< null: none
   InputSet& inputs_;
+  std::size_t mostLattices_;
   struct Kept {
     std::shared_ptr<Lattice> lattice;
     std::uint64_t lastUse = 0;

@@ -115,7 +115,8 @@ std::vector<float> measuredAt(const std::vector<std::string>& files, const tilin
   for (const std::string& path : files) {
     auto file = raster::RasterFile::open(path, raster::Kind::elevation);
     EXPECT_TRUE(file.has_value());
-    EXPECT_TRUE(file->sampleHeights(places.places, {}, heights).has_value());
+    EXPECT_TRUE(
+        file->sampleTile(tiling, id, raster::kElevationCells, places.indices, {}, std::span(heights)).has_value());
   }
   std::vector<float> all(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), raster::kNoData);
   for (std::size_t i = 0; i < heights.size(); ++i)

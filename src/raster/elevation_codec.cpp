@@ -19,7 +19,7 @@ enum class Mode : std::uint8_t { fixedPoint = 1, float32 = 2 };
 
 constexpr std::int64_t kLargestStep = std::int64_t{1} << 28;
 constexpr double kCoarsestStep_m = 1e9;
-constexpr int kCompressionLevel = 6;
+constexpr int kCompressionLevel = 3;  // 6 takes two and a half times as long for 0.8% less
 constexpr std::size_t kPlanes = 4;
 
 bool isStep(double step_m) {
@@ -73,8 +73,9 @@ std::optional<std::vector<std::uint32_t>> fixedPointCodes(const Raster<float>& h
         predictor.set(col, standIn(guess));
         continue;
       }
-      const double steps = std::round(static_cast<double>(height) / step_m);
-      if (!(std::abs(steps) <= static_cast<double>(kLargestStep))) return std::nullopt;
+      const double exact = static_cast<double>(height) / step_m;
+      const double steps = exact + std::copysign(0.5, exact);  // cut off below
+      if (!(std::abs(steps) < static_cast<double>(kLargestStep) + 1.0)) return std::nullopt;
       const auto value = static_cast<std::int64_t>(steps);
       // |guess| <= 3 * 2^28, so the difference is within 2^30.
       codes.push_back(1 + zigzag(static_cast<std::int32_t>(value - guess)));

@@ -15,6 +15,8 @@
 #include <string_view>
 #include <utility>
 
+#include "raster/virtual_raster.h"
+
 namespace tellurion::raster {
 namespace {
 
@@ -24,7 +26,7 @@ constexpr GIntBig kGdalCacheBytes = GIntBig{256} << 20u;
 constexpr std::size_t kMostWarnings = 16;
 
 /// Drivers that read the file they are given, and files of fixed names or of their own format beside it. Left out is
-/// what opens whatever a file names, with whatever driver fits (VRT, MRF, TIL, ISIS3, ERS, ...), what has links to
+/// what opens whatever a file names, with whatever driver fits (MRF, TIL, ISIS3, ERS, ...), what has links to
 /// other files inside (HDF5, PCIDSK, ...), and all services and databases.
 constexpr std::array kDrivers{
     "GTiff",   "SRTMHGT",  "PDS",    "PDS4",     "ISIS2",  "VICAR",   "ENVI",        "EHdr",          "AAIGrid",
@@ -39,17 +41,27 @@ constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGe
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// Drivers above decode into it.
 constexpr std::string_view kMemoryDriver = "MEM";
+constexpr std::string_view kVirtualDriver = "VRT";
 
 bool isAllowed(std::string_view name) {
   return std::ranges::find(kDrivers, name) != kDrivers.end();
 }
+
+/// Opens virtual rasters that checkVirtualRaster() lets pass. Their driver stays registered, or it would register
+/// itself again, but opens nothing for GDAL: so neither a side file nor a source of a mosaic can be a virtual raster.
+GDALDataset* (*openVirtual)(GDALOpenInfo*) = nullptr;
 
 /// Side files (.ovr, .msk, .aux.xml) are opened by GDAL itself, with every driver that it knows: so it knows no others.
 void forgetOtherDrivers() {
   for (int i = GDALGetDriverCount() - 1; i >= 0; --i) {
     const GDALDriverH driver = GDALGetDriver(i);
     const std::string_view name = GDALGetDriverShortName(driver);
-    if (name == kMemoryDriver || isAllowed(name) || std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end()) {
+    const bool isForVectors = std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end();
+    if (name == kMemoryDriver || isAllowed(name) || isForVectors) continue;
+    if (name == kVirtualDriver) {
+      GDALDriver& virtualRasters = *GDALDriver::FromHandle(driver);
+      openVirtual = std::exchange(virtualRasters.pfnOpen, nullptr);
+      virtualRasters.pfnIdentify = nullptr;
       continue;
     }
     GDALDeregisterDriver(driver);
@@ -104,6 +116,14 @@ bool staysInItsFolder(GDALDataset& dataset, const std::string& path) {
   return true;
 }
 
+DatasetPtr openVirtualRaster(const std::string& path) {
+  if (openVirtual == nullptr) return nullptr;
+  GDALOpenInfo info(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR);
+  DatasetPtr dataset(openVirtual(&info));
+  if (dataset && *dataset->GetDescription() == '\0') dataset->SetDescription(path.c_str());
+  return dataset;
+}
+
 }  // namespace
 
 GdalMessages::GdalMessages() {
@@ -144,18 +164,29 @@ std::vector<std::string> filesOf(GDALDataset& dataset) {
   return names;
 }
 
-io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings) {
+io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings, bool sourcesAnywhere) {
   const GdalMessages messages;
   if (!isPlainName(path)) {
     return io::fail(Code::invalidArgument, "is not the name of a local file; copy the data here first", path);
   }
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
-  const CPLStringList drivers = namesOf(kDrivers);
-  DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
-                                       drivers.List(), nullptr, nullptr));
+  DatasetPtr dataset;
+  const bool isMosaic = isVirtualRaster(path);
+  if (isMosaic) {
+    if (auto ok = checkVirtualRaster(path, sourcesAnywhere); !ok) return tl::unexpected(ok.error());
+    dataset = openVirtualRaster(path);
+    // A source that cannot be opened is left out by GDAL, as if there were none.
+    if (messages.failed()) {
+      return tl::unexpected(messages.failure(Code::corrupt, "is a mosaic (VRT) of which a part cannot be read", path));
+    }
+  } else {
+    const CPLStringList drivers = namesOf(kDrivers);
+    dataset.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
+                                    drivers.List(), nullptr, nullptr));
+  }
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
-  if (dataset && staysInItsFolder(*dataset, path)) return dataset;
+  if (dataset && ((isMosaic && sourcesAnywhere) || staysInItsFolder(*dataset, path))) return dataset;
   if (dataset) {
     return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
   }
@@ -163,8 +194,8 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
     return io::fail(Code::invalidArgument, "is a folder; name the raster files in it", path);
   return tl::unexpected(messages.failure(
       Code::unsupported,
-      "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster "
-      "(VRT, MRF, ...) or a service the raster files themselves are wanted",
+      "cannot be opened as a raster; a raw image is opened by its label (.LBL, .hdr), and for a virtual raster that is "
+      "no VRT (MRF, ...) or a service the raster files themselves are wanted",
       path));
 }
 

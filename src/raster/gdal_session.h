@@ -40,9 +40,10 @@ struct CloseDataset {
 using DatasetPtr = std::unique_ptr<GDALDataset, CloseDataset>;
 
 /// Opens a plain local file for reading: no /vsi path, no URL, only drivers of a list that follow no references, and no
-/// raster whose files lie outside its folder.
-/// What GDAL warns of is added to `warnings`.
-io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings);
+/// raster whose files lie outside its folder, but for a mosaic of `sourcesAnywhere` (virtual_raster.h). What GDAL warns
+/// of is added to `warnings`.
+io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string>& warnings,
+                                bool sourcesAnywhere = false);
 
 /// The same for shapes: Shapefile, GeoJSON, GeoPackage, FlatGeobuf and KML.
 io::Result<DatasetPtr> gdalOpenVector(const std::string& path);

@@ -44,6 +44,8 @@ class Placement {
 
   /// Fills places.col and row. Outside the raster: anything outside [0, width] x [0, height], or not finite.
   void pixels(std::span<const geo::Direction> directions, PixelPlaces& places) const;
+  /// The same from longitudes and latitudes in degrees, in place. Only where isLonLat().
+  void pixelsOfLonLat(std::span<double> lon, std::span<double> lat) const { toPixels(lon, lat); }
   /// The same and the sides in pixels of a square of angular side `side`.
   void squares(std::span<const geo::Direction> directions, geo::Angle side, PixelPlaces& places) const;
 

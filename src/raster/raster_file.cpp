@@ -4,6 +4,7 @@
 #include <gdal_priv.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <variant>
 
@@ -11,8 +12,11 @@
 #include "raster/footprint.h"
 #include "raster/gdal_session.h"
 #include "raster/height_band.h"
+#include "raster/line_sampling.h"
 #include "raster/raster_places.h"
 #include "raster/sampling.h"
+#include "raster/tile_lines.h"
+#include "raster/tile_places.h"
 
 namespace tellurion::raster {
 namespace {
@@ -52,6 +56,15 @@ struct Samples {
         }) {}
   Samples(const Samples&) = delete;
   Samples& operator=(const Samples&) = delete;
+};
+
+/// Some samples of a tile.
+struct TileSamples {
+  const tiling::Tiling& tiling;
+  const tiling::TileId& id;
+  Kind kind;
+  int cells;
+  std::span<const std::size_t> indices;
 };
 
 }  // namespace
@@ -118,6 +131,47 @@ struct RasterFile::State {
     return {};
   }
 
+  /// Samples of a tile for which isOfLonLat() holds, those on lines first and then the others.
+  template <class T>
+  io::Result<void> sampleLines(PixelStore<T>& store, const TileSamples& tile, std::span<T> out) {
+    if (!isOfLines(tile.id)) return samplePixels(store, tile, tile.indices, out);
+    const PixelLines lines = pixelLines(placement, tile.tiling, tile.id, tile.kind, tile.cells);
+    const std::size_t side = lines.col.size();
+    const auto isLine = [&](std::size_t index) { return !std::isnan(lines.row[index / side]); };
+    const auto first = std::ranges::find_if(tile.indices, isLine);
+    const auto last = std::ranges::find_if_not(first, tile.indices.end(), isLine);
+    const auto before = static_cast<std::size_t>(first - tile.indices.begin());
+    const auto count = static_cast<std::size_t>(last - first);
+    if (auto ok = samplePixels(store, tile, tile.indices.first(before), out.first(before)); !ok) return ok;
+    if (!onLines(store, lines, tile.indices.subspan(before, count), out.subspan(before, count))) {
+      return tl::unexpected(store.failure().value());
+    }
+    return samplePixels(store, tile, tile.indices.subspan(before + count), out.subspan(before + count));
+  }
+
+  template <class T>
+  io::Result<void> samplePixels(PixelStore<T>& store, const TileSamples& tile, std::span<const std::size_t> indices,
+                                std::span<T> out) {
+    pixelsOfSamples(placement, tile.tiling, tile.id, tile.kind, tile.cells, indices, places);
+    if (!atPlaces(store, places, out)) return tl::unexpected(store.failure().value());
+    return {};
+  }
+
+  static bool onLines(PixelStore<float>& store, const PixelLines& lines, std::span<const std::size_t> indices,
+                      std::span<float> out) {
+    return bilinearHeightsOnLines(store, lines, indices, out);
+  }
+  static bool onLines(PixelStore<Rgba8>& store, const PixelLines& lines, std::span<const std::size_t> indices,
+                      std::span<Rgba8> out) {
+    return bilinearColoursOnLines(store, lines, indices, out);
+  }
+  static bool atPlaces(PixelStore<float>& store, const PixelPlaces& at, std::span<float> out) {
+    return bilinearHeights(store, at, out);
+  }
+  static bool atPlaces(PixelStore<Rgba8>& store, const PixelPlaces& at, std::span<Rgba8> out) {
+    return bilinearColours(store, at, out);
+  }
+
   static void gather(const std::vector<double>& from, std::span<const std::size_t> indices, std::vector<double>& to) {
     to.resize(indices.size());
     std::ranges::transform(indices, to.begin(), [&](std::size_t i) { return from[i]; });
@@ -139,7 +193,7 @@ RasterFile::~RasterFile() = default;
 io::Result<RasterFile> RasterFile::open(const std::string& path, Kind kind, const RasterOptions& options) {
   const GdalMessages messages;
   RasterInfo info;
-  auto dataset = gdalOpen(path, info.warnings);
+  auto dataset = gdalOpen(path, info.warnings, options.sourcesAnywhere);
   if (!dataset) return tl::unexpected(std::move(dataset.error()));
   GDALDataset& data = **dataset;
   if (auto fit = checkSize(data, path); !fit) return tl::unexpected(std::move(fit.error()));
@@ -203,7 +257,32 @@ io::Result<void> RasterFile::sampleTile(const tiling::Tiling& tiling, const tili
   if (out.size() != indices.size()) {
     return io::fail(Code::invalidArgument, "as many samples as indices are needed", state_->info.path);
   }
+  if (!(footprint.radians() > 0.0) && isOfLonLat(state_->placement, tiling) && isOfLines(id)) {
+    return state_->sampleLines(state_->colours->store, {tiling, id, Kind::imagery, cells, indices}, out);
+  }
   return state_->sampleTile(tilePixels(state_->placement, tiling, id, cells, footprint), indices, out);
+}
+
+io::Result<void> RasterFile::sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+                                        std::span<const std::size_t> indices, geo::Angle footprint,
+                                        std::span<float> out) {
+  if (!state_->heights) return io::fail(Code::invalidArgument, "was opened as imagery", state_->info.path);
+  if (out.size() != indices.size()) {
+    return io::fail(Code::invalidArgument, "as many samples as indices are needed", state_->info.path);
+  }
+  if (!(footprint.radians() > 0.0) && isOfLonLat(state_->placement, tiling)) {
+    auto done = state_->sampleLines(state_->heights->store, {tiling, id, Kind::elevation, cells, indices}, out);
+    state_->tellOfImpossibleHeights();
+    return done;
+  }
+  const int side = sideOf(Kind::elevation, cells);
+  std::vector<geo::Direction> directions;
+  directions.reserve(indices.size());
+  for (const std::size_t index : indices) {
+    const auto i = static_cast<int>(index);
+    directions.push_back(*placeOf(tiling, id, Kind::elevation, cells, i % side, i / side));
+  }
+  return sampleHeights(directions, footprint, out);
 }
 
 }  // namespace tellurion::raster

@@ -20,6 +20,8 @@ namespace tellurion::raster {
 struct RasterOptions {
   std::optional<double> nodata;   ///< in place of the file's own NODATA values; as stored, before scale and offset
   std::optional<geo::Body> body;  ///< in place of what the file's spatial reference says
+  /// The user named the file: the sources of a mosaic (VRT) may lie anywhere, and else in its folder or below only.
+  bool sourcesAnywhere = false;
   std::size_t cacheBytes = std::size_t{64} << 20u;  ///< decoded blocks that are kept; a few are kept in any case
 };
 
@@ -43,7 +45,8 @@ struct RasterInfo {
 /// before they are believed, only plain local files are opened (no /vsi path, no URL), with drivers of a list (GeoTIFF,
 /// HGT, PDS, ENVI, HFA, JPEG, PNG, JPEG 2000, GeoPackage, MBTiles, netCDF, GRIB, ... : gdal_session.cpp) that read what
 /// they are given and files beside it, never what these name elsewhere; a raster whose files lie outside its folder is
-/// refused, and GDAL and PROJ stay off the network. The first file that is opened takes all other drivers out of this
+/// refused, and GDAL and PROJ stay off the network. A virtual raster (VRT) is opened where it is a plain mosaic
+/// (virtual_raster.h). The first file that is opened takes all other drivers out of this
 /// process's GDAL, for side files are opened with any driver that GDAL knows. (netCDF's library may follow links inside
 /// netCDF-4 files to other local files.)
 ///
@@ -95,9 +98,17 @@ class RasterFile {
   io::Result<void> sampleColours(std::span<const geo::Direction> directions, geo::Angle footprint,
                                  std::span<Rgba8> out);
 
-  /// The same for samples of an imagery tile with its gutter (raster/tile.h): those at `indices`, row by row; out, of
-  /// the size of indices, is laid over. Exact in the gutter; elsewhere beside the place by less than 1/256 of a pixel,
-  /// which is many times faster. Corners of the gutter that no single place owns get nothing.
+  /// Heights as sampleHeights gives them, of samples of an elevation tile with its gutter (raster/tile.h): those at
+  /// `indices`, ascending; corners of the gutter that no single place owns must not be among them. A sample that
+  /// several tiles share gets the same bits from each. They are those of sampleHeights but where the raster is one of
+  /// longitudes and latitudes and the tiling geographic: there no direction is made first, which is many times faster,
+  /// and places differ by some 1e-15 of a turn.
+  io::Result<void> sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
+                              std::span<const std::size_t> indices, geo::Angle footprint, std::span<float> out);
+
+  /// The same for colours, row by row; out, of the size of indices, is laid over. Exact in the gutter; elsewhere beside
+  /// the place by less than 1/256 of a pixel, which is many times faster. Corners of the gutter that no single place
+  /// owns get nothing.
   io::Result<void> sampleTile(const tiling::Tiling& tiling, const tiling::TileId& id, int cells,
                               std::span<const std::size_t> indices, geo::Angle footprint, std::span<Rgba8> out);
 

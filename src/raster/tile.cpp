@@ -1,6 +1,6 @@
 #include "raster/tile.h"
 
-#include <algorithm>
+#include <limits>
 
 namespace tellurion::raster {
 
@@ -15,14 +15,21 @@ std::string_view nameOf(Kind kind) {
 }
 
 HeightStatistics ownRangeOf(const Raster<float>& samples) {
-  HeightStatistics range;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  float lowest = kInfinity;
+  float highest = -kInfinity;
   for (int row = kGutter; row < samples.height - kGutter; ++row) {
-    for (int column = kGutter; column < samples.width - kGutter; ++column) {
-      const float height = samples.at(column, row);
-      if (isNoData(height)) continue;
-      range.min_m = isNoData(range.min_m) ? height : std::min(range.min_m, height);
-      range.max_m = isNoData(range.max_m) ? height : std::max(range.max_m, height);
+    for (const float height :
+         samples.row(row).subspan(kGutter, static_cast<std::size_t>(samples.width - 2 * kGutter))) {
+      // Written so that NaN changes nothing.
+      lowest = height < lowest ? height : lowest;
+      highest = height > highest ? height : highest;
     }
+  }
+  HeightStatistics range;
+  if (lowest <= highest) {
+    range.min_m = lowest;
+    range.max_m = highest;
   }
   return range;
 }

@@ -91,6 +91,18 @@ double withinTurn(double longitude) {
   return longitude > 4.0 ? longitude - 8.0 : longitude;
 }
 
+/// Where a place is, exactly on roots 0 to 3.
+struct Octants {
+  double longitude;
+  double latitude;
+};
+Octants inOctants(const RootPoint& p) {
+  const FacePoint f = facePoint(p.u, p.v);
+  if (p.root < kNorthFace) return {withinTurn(2.0 * p.root + f.x), -f.y};
+  const Polar polar = polarFromFace(p.root, f);
+  return {withinTurn(polar.longitude), p.root == kNorthFace ? 2.0 - polar.colatitude : polar.colatitude - 2.0};
+}
+
 double unitFromFace(double x) {
   return std::clamp(0.5 + 0.5 * x, 0.0, 1.0);
 }
@@ -171,17 +183,17 @@ double sideArea(const Square& q) {
 }  // namespace
 
 geo::Direction direction(const RootPoint& p) {
-  const FacePoint f = facePoint(p.u, p.v);
-  double longitude = 2.0 * p.root + f.x;
-  double latitude = -f.y;
-  if (p.root >= kNorthFace) {
-    const Polar polar = polarFromFace(p.root, f);
-    longitude = polar.longitude;
-    latitude = p.root == kNorthFace ? 2.0 - polar.colatitude : polar.colatitude - 2.0;
-  }
-  const geo::SinCos lon = sinCosOctants(withinTurn(longitude));
-  const geo::SinCos lat = sinCosOctants(latitude);
+  const Octants at = inOctants(p);
+  const geo::SinCos lon = sinCosOctants(at.longitude);
+  const geo::SinCos lat = sinCosOctants(at.latitude);
   return {geo::Vec3(lat.cos * lon.cos + 0.0, lat.cos * lon.sin + 0.0, lat.sin + 0.0)};
+}
+
+LonLat lonLat(const RootPoint& p) {
+  constexpr double kDegreesPerOctant = 45.0;
+  const Octants at = inOctants(p);
+  return {.longitude_degrees = at.longitude * kDegreesPerOctant + 0.0,
+          .latitude_degrees = at.latitude * kDegreesPerOctant + 0.0};
 }
 
 RootPoint rootPoint(const geo::Direction& d) {

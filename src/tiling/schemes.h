@@ -50,6 +50,7 @@ geo::GeoRect paddedBounds(double south, double north, double west, double east);
 
 namespace geographic {
 geo::Direction direction(const RootPoint& p);
+LonLat lonLat(const RootPoint& p);
 RootPoint rootPoint(const geo::Direction& d);
 geo::GeoRect bounds(const TileId& id);
 double area(const TileId& id);

@@ -67,6 +67,11 @@ geo::Direction Tiling::direction(const RootPoint& p) const {
   return healpix::direction(p);
 }
 
+std::optional<LonLat> Tiling::lonLat(const RootPoint& p) const {
+  if (scheme_ != Scheme::geographic) return std::nullopt;
+  return geographic::lonLat(p);
+}
+
 RootPoint Tiling::rootPoint(const geo::Direction& d) const {
   switch (scheme_) {
     case Scheme::geographic:

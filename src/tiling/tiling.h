@@ -79,6 +79,12 @@ enum class Scheme : std::uint8_t { geographic, cube, healpix };
 std::optional<Scheme> schemeByName(std::string_view name);
 std::string_view nameOf(Scheme scheme);
 
+/// Degrees: longitude in (-180, 180], 0 at a pole.
+struct LonLat {
+  double longitude_degrees = 0.0;
+  double latitude_degrees = 0.0;
+};
+
 /// How the surface is cut: one interface, three schemes (docs/tilings.md). Speaks geo::Direction, so it knows no body.
 /// Immutable, thread-safe, a value.
 class Tiling {
@@ -89,6 +95,10 @@ class Tiling {
 
   /// Bit-identical for the same place reached through different roots, wherever u and v are multiples of 2^-40.
   geo::Direction direction(const RootPoint& p) const;
+  /// The same place as longitude and latitude, where the scheme is made of meridians and parallels (geographic); nothing
+  /// for the others. Bit-identical through different roots too, and on roots 0 to 3 the longitude is a function of u
+  /// alone and the latitude of v.
+  std::optional<LonLat> lonLat(const RootPoint& p) const;
   /// The inverse, for a unit vector: back within 2e-15 rad, u and v always in [0, 1]. A place on a border belongs to
   /// the lowest root (geographic and healpix: within 2e-15 of it). NaN gives root 0 or any, with NaN in u or v.
   RootPoint rootPoint(const geo::Direction& d) const;
