@@ -58,7 +58,7 @@ class Collection {
 
   void draw(DrawnLeaf& leaf) {
     const CutNode& node = forest_.at(leaf.node);
-    SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges};
+    SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges, .waits = node.waits};
     if (node.part) tile.over = forest_.at(node.parent).facts;
     if (usesCorners_ && node.parent >= 0 && !node.part) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
     if (!node.shown && node.part) return;

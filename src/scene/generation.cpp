@@ -5,8 +5,10 @@
 
 namespace tellurion::scene {
 
-const Selection& Generation::cut(const View& view, const CutOptions& options, double exaggeration,
+const Selection& Generation::cut(const View& view, const CutOptions& asked, double exaggeration,
                                  std::span<const LayerLook> looks, const Residency* gpu) {
+  CutOptions options = asked;
+  options.isNested = asked.isNested && groundIsNested_;
   forest.begin(exaggeration, looks, gpu);
   const std::uint64_t before = forest.contentBytes();
   loading.receive();

@@ -17,9 +17,11 @@ namespace tellurion::scene {
 /// a layer joins, the ground of all tiles may be another, so another generation begins. One thread only.
 class Generation {
  public:
-  Generation(ContentMaker maker, io::Executor& executor, TileFetches& fetches, Doorbell& bell)
+  /// groundIsNested: as CutOptions::isNested, of these layers.
+  Generation(ContentMaker maker, bool groundIsNested, io::Executor& executor, TileFetches& fetches, Doorbell& bell)
       : forest(std::move(maker)),
         loading(forest, executor, fetches, bell),
+        groundIsNested_(groundIsNested),
         selector_(forest.maker().tiling, forest.maker().ellipsoid) {}
 
   TileForest forest;
@@ -45,6 +47,7 @@ class Generation {
  private:
   const CutHistory* historyAt(const CutOptions& options);
 
+  bool groundIsNested_;
   Selector selector_;
   const Selection* lastCut_ = nullptr;
   std::chrono::steady_clock::time_point lastArrival_;

@@ -67,6 +67,7 @@ struct Globe::State {
   bool nextStandsStill(Clock::time_point now) const;
   void request(const View& view, const CutOptions& options, const Selection& ofShown);
   const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
+  std::uint64_t retiredBytes() const;
   void evict();
   void fillFrame(const View& view, const Selection& selection);
   void fillSoon(const Selection& selection);
@@ -111,8 +112,8 @@ struct Globe::State {
 };
 
 std::unique_ptr<Generation> Globe::State::generation() {
-  return std::make_unique<Generation>(roster->maker(globeOptions.regularMesh, globeOptions.compressTextures), executor,
-                                      fetches, bell);
+  ContentMaker maker = roster->maker(globeOptions.regularMesh, globeOptions.compressTextures);
+  return std::make_unique<Generation>(std::move(maker), roster->groundIsNested(), executor, fetches, bell);
 }
 
 void Globe::State::show(std::unique_ptr<Generation> one) {
@@ -191,9 +192,7 @@ void Globe::State::request(const View& view, const CutOptions& options, const Se
 }
 
 /// What is drawn, and what is asked for.
-const Selection& Globe::State::cut(const View& view, const CutOptions& asked, const Residency* gpu) {
-  CutOptions cutOptions = asked;
-  cutOptions.isNested = asked.isNested && roster->groundIsNested();
+const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu) {
   const auto now = Clock::now();
   if (roster->advance(now, shown->rootShares(), next != nullptr)) beginNext(now);
   const auto cutThrough = [&](Generation& one) {
@@ -213,12 +212,19 @@ const Selection& Globe::State::cut(const View& view, const CutOptions& asked, co
   return *selection;
 }
 
-void Globe::State::evict() {
-  std::uint64_t others = next ? next->forest.contentBytes() : 0;
+std::uint64_t Globe::State::retiredBytes() const {
+  std::uint64_t bytes = 0;
   for (const auto& old : retired)
-    others += old->forest.contentBytes();
-  shown->evict(contentBudget - std::min(contentBudget, others));
-  if (next) next->evict(contentBudget);
+    bytes += old->forest.contentBytes();
+  return bytes;
+}
+
+/// Each keeps what it needs, and all together no more than the budget where that is enough.
+void Globe::State::evict() {
+  const std::uint64_t retiredOnes = retiredBytes();
+  const auto left = [&](std::uint64_t others) { return contentBudget - std::min(contentBudget, others); };
+  shown->evict(left(retiredOnes + (next ? next->forest.contentBytes() : 0)));
+  if (next) next->evict(left(retiredOnes + shown->forest.contentBytes()));
 }
 
 Light Globe::State::lightFor(const View& view) const {
@@ -272,7 +278,8 @@ void Globe::State::fillStatistics(const Selection& selection) {
   s.tilesALevel.fill(0);
   for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
-  s.cpuCacheBytes = shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + roster->bytes();
+  s.cpuCacheBytes =
+      shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + retiredBytes() + roster->bytes();
   s.layersComing = roster->coming() + roster->stepsComing() + (next ? 1 : 0);
   s.requests = roster->ledger().requests();
   s.failedRequests = failureCount;

@@ -89,6 +89,35 @@ TEST_P(JoiningLayers, nothingGetsCoarserHoweverSlowlyALayerComes) {
   EXPECT_EQ(late, pictureOf(completed(*local, view, {})));
 }
 
+/// What is shown does not collapse for what joins, whose levels may disagree.
+TEST_P(JoiningLayers, byTheClockNothingGetsCoarserForGroundThatIsNotNested) {
+  const View view = hillsView();
+  const auto places = placesIn(view);
+  Remote colours(raster::Kind::imagery, GetParam());
+  Remote ground(raster::Kind::elevation, GetParam());
+  ground.planet->setNested(false);
+  const auto globe = globeOf(
+      {.elevation = {planet, ground.source}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  double time_s = 0.0;
+  const auto next = [&]() -> const Frame& {
+    globe->waitForArrivals(5ms);
+    return globe->update(view, {.time_s = time_s += 0.02});
+  };
+  const auto end = std::chrono::steady_clock::now() + 240s;
+  const Frame* frame = &next();
+  while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20 || frame->morphing) &&
+         std::chrono::steady_clock::now() < end)
+    frame = &next();
+  const auto levels = levelsAt(*frame, tiling, places);
+  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+    colours.server->serve(20);
+    ground.server->serve(20);
+    frame = &next();
+    ASSERT_EQ(coarserPlaces(levelsAt(*frame, tiling, places), levels), 0u);
+  }
+  EXPECT_TRUE(frame->complete);
+}
+
 /// The eye goes on, and sees what is there without the layer as fine as ever.
 TEST_P(JoiningLayers, whatIsShownGoesOnBecomingFinerWhileALayerHangs) {
   const View there = viewFrom(44.0, 11.0, 60e3, 20, -35, kViewport);

@@ -281,6 +281,7 @@ void LayerRoster::isShown() {
       entry->isShown = entry->isTold;
       entry->shownRoots = entry->toldRoots;
       if (entry->asideUntil) entry->asideUntil = Clock::time_point();
+      if (entry->isTold) entry->asideFor = RosterEntry::kAsideFirst;
     }
   }
 }

@@ -136,6 +136,7 @@ class Patch {
   std::uint32_t ofBase(std::uint16_t i) {
     std::uint32_t& known = indexOf_[i];
     if (known != kNoVertex) return known;
+    --baseLeft_;
     TerrainVertex v = base_.mesh->vertices[i];
     if (base_.quadrant != MeshPart::kWhole) {
       v.toParent = {};
@@ -187,7 +188,7 @@ class Patch {
       for (auto i = std::ranges::upper_bound(ofEdge, low, {}, &Inserted::along); i != ofEdge.end() && i->along < high;
            ++i) {
         if (i->index == kNoVertex) {
-          if (out_->vertices.size() + base_.mesh->vertices.size() >= kMostVertices) break;
+          if (out_->vertices.size() + baseLeft_ >= kMostVertices) break;
           i->index = add(i->vertex);
         }
         out.push_back({.place = placeOnEdge(edge, i->along), .index = i->index});
@@ -200,8 +201,9 @@ class Patch {
 
   MeshPart base_;
   double vertexGrid_m_;
-  std::vector<Place> places_;           ///< of the base's vertices
-  std::vector<std::uint32_t> indexOf_;  ///< likewise, in out_
+  std::vector<Place> places_;               ///< of the base's vertices
+  std::vector<std::uint32_t> indexOf_;      ///< likewise, in out_
+  std::size_t baseLeft_ = indexOf_.size();  ///< of the base's vertices, those that are not in out_ yet
   std::array<std::vector<Inserted>, 4> inserted_;
   std::shared_ptr<TerrainMesh> out_ = std::make_shared<TerrainMesh>();
 };

@@ -62,6 +62,7 @@ class ProceduralSource final : public raster::TileSource {
   std::function<void(const tiling::TileId&)> delay;
 
   void setBounds(const geo::GeoRect& bounds) { info_.bounds = bounds; }
+  void setNested(bool isNested) { info_.isNested = isNested; }
 
   const raster::TileSourceInfo& info() const override { return info_; }
 

@@ -32,7 +32,8 @@ struct RosterEntry {
   bool isShown = false;  ///< what is drawn has it
   /// While what holds others up is set aside: until then, and the longer the more often it did.
   std::optional<Clock::time_point> asideUntil;
-  std::chrono::seconds asideFor{2};
+  static constexpr std::chrono::seconds kAsideFirst{2};
+  std::chrono::seconds asideFor = kAsideFirst;
   std::shared_ptr<LayerTiles> tiles;
   struct Root {
     std::size_t root = 0;

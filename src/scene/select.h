@@ -97,6 +97,7 @@ struct SelectedTile {
   std::array<float, 4> morph{1.0f, 1.0f, 1.0f, 1.0f};  ///< as DrawnTile has it
   double error_px = 0.0;                               ///< the most that what is drawn of it is off, from the eye
   TileFacts* over = nullptr;  ///< the tile over it, where that quarter of its mesh is drawn instead; else null
+  bool waits = false;         ///< finer ones are here, and take its place once it has left its parent's surface
 };
 
 /// Where a drawn tile is next to one that is finer than its mesh has an edge for: the vertices that the finer one's
@@ -150,11 +151,11 @@ struct CutHistory {
 /// theirs too. What is drawn already is split as it was; what else the copies allow is split worst first. A pure
 /// function of its arguments, `tree` included: nothing is remembered but in `history`, where it is
 /// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
-/// become their parent only once they are back on its; and what was drawn finer stays so beside what comes into view and
-/// is not loaded: parts of parents' meshes (SelectedTile::over), and neighbours more than one level apart, that are then
-/// `joined`. Where ground is not nested all is held ready for an eye that turns instead: all four children are waited
-/// for, and all neighbours are at most one level apart. occluderDepth_m: how far below the ellipsoid the deepest ground
-/// of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
+/// become their parent only once they are back on its; and what was drawn finer stays so beside what comes into view
+/// and is not loaded: parts of parents' meshes (SelectedTile::over), and neighbours more than one level apart, that are
+/// then `joined`. Where ground is not nested all is held ready for an eye that turns instead: all four children are
+/// waited for, and all neighbours are at most one level apart. occluderDepth_m: how far below the ellipsoid the deepest
+/// ground of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);

@@ -15,7 +15,7 @@
 namespace tellurion::scene {
 
 /// Opens the sources of layers and of their time steps on threads of its own, which do little but wait: two of a server
-/// at a time, and no more threads than that takes, so that a server that hangs keeps no other's sources shut. One
+/// at a time, so that a server that hangs keeps no other's sources shut, as long as fewer than 16 hang. One
 /// thread only; its destruction waits for what has begun.
 class SourceOpeners {
  public:
