@@ -186,19 +186,19 @@ class ImageryCleaning::Preparation {
   /// To what lies above it, which is matched already.
   io::Result<void> match(int input) {
     if (auto ok = goOn(); !ok) return ok;
-    std::optional<geo::GeoRect> above;
+    std::vector<geo::GeoRect> shared;
     geo::Angle spacing = planned(input).spacing;
     for (int other = input + 1; other < count_; ++other) {
       const auto both = geo::sharedRect(planned(input).bounds, planned(other).bounds);
       if (!both || !(both->south < both->north && both->width > geo::Angle())) continue;
-      above = above ? above->united(*both) : *both;
+      shared.push_back(*both);
       spacing = std::max(spacing, planned(other).spacing);
     }
-    if (!above) return {};
+    if (shared.empty()) return {};
     const auto laid = [&](std::span<const geo::Direction> places, geo::Angle footprint, std::span<Rgba8> out) {
       return cleanedAbove(input, places, footprint, out);
     };
-    auto found = raster::matchColours(samplerOf(input), laid, *above, spacing);
+    auto found = raster::matchColours(samplerOf(input), laid, shared, spacing);
     if (!found) return tl::unexpected(found.error());
     entry(input).match = std::move(*found);
     return {};

@@ -82,7 +82,7 @@ Raster<std::uint8_t> widened(const Raster<std::uint8_t>& marked) {
 io::Result<Raster<std::uint8_t>> findClouds(const ColourSampler& picture, const ColourSampler& clear,
                                             const LonLatGrid& grid) {
   const geo::Angle footprint = (grid.bounds.north - grid.bounds.south) / grid.height;
-  const auto match = matchColours(clear, picture, grid.bounds, footprint);
+  const auto match = matchColours(clear, picture, {grid.bounds}, footprint);
   if (!match) return tl::unexpected(match.error());
   Raster<float> excess(grid.width, grid.height);
   std::vector<float> all;

@@ -134,29 +134,6 @@ std::vector<ColourLine> linesOf(const std::vector<Pair>& pairs, const LonLatGrid
   return lines;
 }
 
-/// How far a pair is off the match in its worst channel.
-double residualOf(const Pair& pair, const ColourMatch& match) {
-  const ColourLine line = match.at(pair.place);
-  double worst = 0.0;
-  for (std::size_t k = 0; k < 3; ++k)
-    worst = std::max(worst, std::abs(pair.to[k] - line[k].gain * pair.from[k] - line[k].offset));
-  return worst;
-}
-
-/// Those that are far off count less.
-void weigh(std::vector<Pair>& pairs, const ColourMatch& match) {
-  std::vector<double> residuals(pairs.size());
-  std::ranges::transform(pairs, residuals.begin(), [&](const Pair& p) { return residualOf(p, match); });
-  std::vector<double> sorted = residuals;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::ranges::nth_element(sorted, middle);
-  const double usual = std::max(3.0 * *middle, 3.0);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const double off = residuals[i] / usual;
-    pairs[i].weight = 1.0 / (1.0 + off * off * off * off);
-  }
-}
-
 io::Result<std::vector<Pair>> pairsOf(const ColourSampler& from, const ColourSampler& to, const LonLatGrid& places,
                                       geo::Angle footprint, const LonLatGrid& cells) {
   std::vector<Pair> pairs;
@@ -182,46 +159,151 @@ io::Result<std::vector<Pair>> pairsOf(const ColourSampler& from, const ColourSam
   return pairs;
 }
 
-}  // namespace
+double diagonalOf(const geo::GeoRect& area) {
+  return std::hypot((area.north - area.south).radians(),
+                    area.width.radians() * std::cos(((area.north + area.south) / 2.0).radians()));
+}
 
-ColourMatch::ColourMatch(LonLatGrid grid, std::vector<ColourLine> lines)
-    : grid_(grid),
-      lines_(std::move(lines)),
-      diagonal_rad_(std::hypot(
-          (grid.bounds.north - grid.bounds.south).radians(),
-          grid.bounds.width.radians() * std::cos(((grid.bounds.north + grid.bounds.south) / 2.0).radians()))) {}
+/// How far a place is from the nearest of some areas, radians; `most` where it is no nearer.
+double distanceTo(const std::vector<geo::GeoRect>& areas, const geo::Direction& place, const geo::Geodetic& where,
+                  double most) {
+  double least = most;
+  for (const geo::GeoRect& area : areas) {
+    if (area.contains(where.lat, where.lon)) return 0.0;
+    const geo::Angle lat = std::clamp(where.lat, area.south, area.north);
+    if (std::abs((where.lat - lat).radians()) >= least) continue;
+    const geo::Angle middle = area.west + area.width / 2.0;
+    const double half = area.width.radians() / 2.0;
+    const double east = std::clamp(geo::wrappedLongitude(where.lon - middle).radians(), -half, half);
+    const auto nearest = geo::directionFromLatLon(lat, geo::wrappedLongitude(middle + geo::Angle::radians(east)));
+    least = std::min(least, geo::angleBetween(place, nearest).radians());
+  }
+  return least;
+}
 
-ColourLine ColourMatch::at(const geo::Direction& place) const {
-  const LonLatGrid::Spot s = grid_.spotOf(place);
+ColourLine lineAt(const ColourMatch::Part& part, const geo::Direction& place) {
+  const LonLatGrid::Spot s = part.grid.spotOf(place);
   const auto cell = [&](int col, int row) -> const ColourLine& {
-    return lines_[static_cast<std::size_t>(row * grid_.width + col)];
+    return part.lines[static_cast<std::size_t>(row * part.grid.width + col)];
   };
   const std::array<const ColourLine*, 4> near{&cell(s.col0, s.row0), &cell(s.col1, s.row0), &cell(s.col0, s.row1),
                                               &cell(s.col1, s.row1)};
   const std::array<double, 4> shares{(1 - s.right) * (1 - s.down), s.right * (1 - s.down), (1 - s.right) * s.down,
                                      s.right * s.down};
-  const geo::Geodetic where = geo::geodeticFromDirection(place);
-  double kept = 1.0;
-  if (!grid_.bounds.contains(where.lat, where.lon)) {
-    const geo::Angle middle = grid_.bounds.west + grid_.bounds.width / 2.0;
-    const double half = grid_.bounds.width.radians() / 2.0;
-    const double east = std::clamp(geo::wrappedLongitude(where.lon - middle).radians(), -half, half);
-    const geo::Angle lat = std::clamp(where.lat, grid_.bounds.south, grid_.bounds.north);
-    const auto nearest = geo::directionFromLatLon(lat, geo::wrappedLongitude(middle + geo::Angle::radians(east)));
-    const double beyond = geo::angleBetween(place, nearest).radians() / diagonal_rad_;
-    const double t = std::clamp((beyond - 1.0) / 2.0, 0.0, 1.0);
-    kept = 1.0 - t * t * (3.0 - 2.0 * t);
-  }
   ColourLine line;
   for (std::size_t k = 0; k < 3; ++k) {
-    double gain = 0.0;
-    double offset = 0.0;
+    line[k] = {.gain = 0.0, .offset = 0.0};
     for (std::size_t i = 0; i < 4; ++i) {
-      gain += shares[i] * (*near[i])[k].gain;
-      offset += shares[i] * (*near[i])[k].offset;
+      line[k].gain += shares[i] * (*near[i])[k].gain;
+      line[k].offset += shares[i] * (*near[i])[k].offset;
     }
-    line[k] = {.gain = 1.0 + kept * (gain - 1.0), .offset = kept * offset};
   }
+  return line;
+}
+
+/// How far a pair is off its line in its worst channel.
+double residualOf(const Pair& pair, const ColourMatch::Part& part) {
+  const ColourLine line = lineAt(part, pair.place);
+  double worst = 0.0;
+  for (std::size_t k = 0; k < 3; ++k)
+    worst = std::max(worst, std::abs(pair.to[k] - line[k].gain * pair.from[k] - line[k].offset));
+  return worst;
+}
+
+/// Those that are far off count less.
+void weigh(std::vector<Pair>& pairs, const ColourMatch::Part& part) {
+  std::vector<double> residuals(pairs.size());
+  std::ranges::transform(pairs, residuals.begin(), [&](const Pair& p) { return residualOf(p, part); });
+  std::vector<double> sorted = residuals;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::ranges::nth_element(sorted, middle);
+  const double usual = std::max(3.0 * *middle, 3.0);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double off = residuals[i] / usual;
+    pairs[i].weight = 1.0 / (1.0 + off * off * off * off);
+  }
+}
+
+struct Group {
+  geo::GeoRect around;
+  std::vector<geo::GeoRect> areas;
+};
+
+/// So that no two groups' rectangles touch.
+std::vector<Group> groupsOf(const std::vector<geo::GeoRect>& areas) {
+  std::vector<Group> groups;
+  for (const geo::GeoRect& area : areas) {
+    Group joined{.around = area, .areas = {area}};
+    while (true) {
+      const auto met =
+          std::ranges::find_if(groups, [&](const Group& group) { return group.around.intersects(joined.around); });
+      if (met == groups.end()) break;
+      joined.around = met->around.united(joined.around);
+      joined.areas.insert(joined.areas.begin(), met->areas.begin(), met->areas.end());
+      groups.erase(met);
+    }
+    groups.push_back(std::move(joined));
+  }
+  return groups;
+}
+
+/// Nothing: they have hardly a place in common there.
+io::Result<std::optional<ColourMatch::Part>> partOf(const ColourSampler& from, const ColourSampler& to,
+                                                    const Group& group, geo::Angle finestSpacing) {
+  const LonLatGrid places = gridOfSpacing(group.around, finestSpacing, kMostPlaces);
+  ColourMatch::Part part{.grid = {.bounds = group.around,
+                                  .width = std::clamp(places.width / kPlacesPerCell, 1, kMostCells),
+                                  .height = std::clamp(places.height / kPlacesPerCell, 1, kMostCells)},
+                         .areas = group.areas,
+                         .lines = {}};
+  const geo::Angle footprint = (group.around.north - group.around.south) / places.height;
+  auto pairs = pairsOf(from, to, places, footprint, part.grid);
+  if (!pairs) return tl::unexpected(pairs.error());
+  if (static_cast<double>(pairs->size()) < kLeastPlaces) return std::optional<ColourMatch::Part>{};
+  for (int round = 0; round <= kRounds; ++round) {
+    if (round > 0) weigh(*pairs, part);
+    part.lines = linesOf(*pairs, part.grid);
+  }
+  return part;
+}
+
+}  // namespace
+
+ColourMatch::ColourMatch(std::vector<Part> parts) : parts_(std::move(parts)) {
+  for (const Part& part : parts_) {
+    double reach = 0.0;
+    for (const geo::GeoRect& area : part.areas)
+      reach = std::max(reach, diagonalOf(area));
+    reaches_rad_.push_back(reach);
+  }
+}
+
+ColourLine ColourMatch::at(const geo::Direction& place) const {
+  const geo::Geodetic where = geo::geodeticFromDirection(place);
+  ColourLine sum{};
+  for (ChannelLine& channel : sum)
+    channel = {.gain = 0.0, .offset = 0.0};
+  double shares = 0.0;
+  double kept = 0.0;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    const double reach = reaches_rad_[p];
+    const double distance = distanceTo(parts_[p].areas, place, where, 3.0 * reach);
+    if (distance == 0.0) return lineAt(parts_[p], place);
+    const double t = std::clamp((distance / reach - 1.0) / 2.0, 0.0, 1.0);
+    const double keeps = 1.0 - t * t * (3.0 - 2.0 * t);
+    if (!(keeps > 0.0)) continue;
+    const double share = keeps / (distance * distance);
+    const ColourLine line = lineAt(parts_[p], place);
+    for (std::size_t k = 0; k < 3; ++k) {
+      sum[k].gain += share * line[k].gain;
+      sum[k].offset += share * line[k].offset;
+    }
+    shares += share;
+    kept = std::max(kept, keeps);
+  }
+  ColourLine line;
+  for (std::size_t k = 0; shares > 0.0 && k < 3; ++k)
+    line[k] = {.gain = 1.0 + kept * (sum[k].gain / shares - 1.0), .offset = kept * sum[k].offset / shares};
   return line;
 }
 
@@ -236,21 +318,15 @@ Rgba8 ColourMatch::apply(const geo::Direction& place, Rgba8 colour) const {
 }
 
 io::Result<std::optional<ColourMatch>> matchColours(const ColourSampler& from, const ColourSampler& to,
-                                                    const geo::GeoRect& area, geo::Angle finestSpacing) {
-  const LonLatGrid places = gridOfSpacing(area, finestSpacing, kMostPlaces);
-  const LonLatGrid cells{.bounds = area,
-                         .width = std::clamp(places.width / kPlacesPerCell, 1, kMostCells),
-                         .height = std::clamp(places.height / kPlacesPerCell, 1, kMostCells)};
-  const geo::Angle footprint = (area.north - area.south) / places.height;
-  auto pairs = pairsOf(from, to, places, footprint, cells);
-  if (!pairs) return tl::unexpected(pairs.error());
-  if (static_cast<double>(pairs->size()) < kLeastPlaces) return std::optional<ColourMatch>{};
-  std::optional<ColourMatch> match;
-  for (int round = 0; round <= kRounds; ++round) {
-    if (match) weigh(*pairs, *match);
-    match.emplace(cells, linesOf(*pairs, cells));
+                                                    const std::vector<geo::GeoRect>& areas, geo::Angle finestSpacing) {
+  std::vector<ColourMatch::Part> parts;
+  for (const Group& group : groupsOf(areas)) {
+    auto part = partOf(from, to, group, finestSpacing);
+    if (!part) return tl::unexpected(part.error());
+    if (*part) parts.push_back(std::move(**part));
   }
-  return match;
+  if (parts.empty()) return std::optional<ColourMatch>{};
+  return ColourMatch(std::move(parts));
 }
 
 }  // namespace tellurion::raster

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "geo/body.h"
 #include "io/failure.h"
@@ -25,28 +26,35 @@ struct ChannelLine {
 using ColourLine = std::array<ChannelLine, 3>;
 
 /// What turns one picture's colours into another's, place by place: a line a channel, bilinear between the cells of a
-/// grid. Beyond the grid the nearest cell's goes on as far as the grid's diagonal, and fades to no change over two of
+/// grid. Where the pictures meet in several distant areas each has its own grid, and between them the nearer counts
+/// more. Beyond the areas the lines go on as far as the diagonal of the largest one, and fade to no change over two of
 /// them. Immutable.
 class ColourMatch {
  public:
-  ColourMatch(LonLatGrid grid, std::vector<ColourLine> lines);
+  /// Areas whose common rectangle one grid of cells covers.
+  struct Part {
+    LonLatGrid grid;
+    std::vector<geo::GeoRect> areas;
+    std::vector<ColourLine> lines;
+  };
+  explicit ColourMatch(std::vector<Part> parts);
 
   ColourLine at(const geo::Direction& place) const;
   /// The coverage stays.
   Rgba8 apply(const geo::Direction& place, Rgba8 colour) const;
 
  private:
-  LonLatGrid grid_;
-  std::vector<ColourLine> lines_;
-  double diagonal_rad_ = 0.0;
+  std::vector<Part> parts_;
+  std::vector<double> reaches_rad_;  ///< of each part, how far its lines go on
 };
 
-/// Fits `from` to `to` over `area`, at up to 512 x 512 places where both are whole: least squares in each of up to
-/// 24 x 24 cells, together with the cells around, the less the farther (so that it varies smoothly, and what is around
-/// speaks where a cell has little), drawn towards a gain of 1 where there is no contrast to tell it. Gains stay within
-/// 0.4 to 2.5. Places that disagree with the fit (clouds, changes) count less, in three rounds; values of 0 and 255
-/// not at all. Nothing: they have hardly a place in common.
+/// Fits `from` to `to` over `areas`, each group of those that touch (or whose common rectangles do) for itself, at up
+/// to 512 x 512 places where both are whole: least squares in each of up to 24 x 24 cells, together with the cells
+/// around, the less the farther (so that it varies smoothly, and what is around speaks where a cell has little), drawn
+/// towards a gain of 1 where there is no contrast to tell it. Gains stay within 0.4 to 2.5. Places that disagree with
+/// the fit (clouds, changes) count less, in three rounds; values of 0 and 255 not at all. Nothing: they have hardly a
+/// place in common.
 io::Result<std::optional<ColourMatch>> matchColours(const ColourSampler& from, const ColourSampler& to,
-                                                    const geo::GeoRect& area, geo::Angle finestSpacing);
+                                                    const std::vector<geo::GeoRect>& areas, geo::Angle finestSpacing);
 
 }  // namespace tellurion::raster

@@ -35,7 +35,7 @@ ColourSampler sampler(const Picture& picture) {
 }
 
 std::optional<ColourMatch> matched(const Picture& from, const Picture& to) {
-  auto match = matchColours(sampler(from), sampler(to), kArea, kSpacing);
+  auto match = matchColours(sampler(from), sampler(to), {kArea}, kSpacing);
   EXPECT_TRUE(match.has_value());
   return match ? std::move(*match) : std::nullopt;
 }
@@ -130,6 +130,33 @@ TEST(ColourMatch, FadesOutFarFromWhatIsShared) {
   for (double lon = 16.0; lon < 60.0; lon += 0.5) {
     const int now = match->apply(geo::directionFromDegrees(42, lon), grey).r;
     EXPECT_LE(std::abs(now - before), 3) << lon;
+    before = now;
+  }
+}
+
+TEST(ColourMatch, DistantAreasAreMatchedEachForItselfAndLeaveTheRestAlone) {
+  const std::vector<geo::GeoRect> areas{geo::GeoRect::fromDegrees(52, 7, 58, 13),
+                                        geo::GeoRect::fromDegrees(-23, 127, -17, 133)};
+  const Picture above = [](double lat, double lon) {
+    auto c = ground(lat, lon);
+    c[0] += lat > 0.0 ? 60.0 : -40.0;
+    return c;
+  };
+  const auto match = matchColours(sampler(ground), sampler(above), areas, kSpacing);
+  ASSERT_TRUE(match && *match);
+  const Rgba8 grey{100, 100, 100, 255};
+  const auto redAt = [&](double lat, double lon) {
+    return (*match)->apply(geo::directionFromDegrees(lat, lon), grey).r;
+  };
+  EXPECT_NEAR(redAt(55, 10), 160, 4);
+  EXPECT_NEAR(redAt(-20, 130), 60, 4);
+  for (const auto& [lat, lon] : {std::pair{75.0, 90.0}, {20.0, 70.0}, {30.0, 60.0}, {0.0, 0.0}, {-80.0, 20.0}})
+    EXPECT_EQ((*match)->apply(geo::directionFromDegrees(lat, lon), grey), grey) << lat << " " << lon;
+  // From one to the other there is no step.
+  int before = redAt(55, 10);
+  for (double t = 0.0; t <= 1.0; t += 1.0 / 512) {
+    const int now = redAt(55 - 75 * t, 10 + 120 * t);
+    EXPECT_LE(std::abs(now - before), 3) << t;
     before = now;
   }
 }
