@@ -113,10 +113,6 @@ void run(const Arguments& arguments) {
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
-}  // namespace
-
-namespace {
-
 void addCleaning(CLI::App& command, pyramid::CleaningOptions& cleaning) {
   command.add_flag("--match-colours", cleaning.matchColours,
                    "Imagery: move each input's colours to those of the inputs over it, by what they share, so that a "
@@ -128,8 +124,7 @@ void addCleaning(CLI::App& command, pyramid::CleaningOptions& cleaning) {
   command
       .add_option("--cut", cleaning.cutAt,
                   "Imagery: cut all inputs but the first (with --append: all) at the polygons of a vector file (a "
-                  "coastline); outside they "
-                  "fade over --feather. May be given several times")
+                  "coastline); outside they fade over --feather. May be given several times")
       ->allow_extra_args(false);
   command.add_flag("--clouds", cleaning.clouds,
                    "Imagery: where an input is cloudy, by comparison with the inputs below it, show those");
@@ -186,8 +181,9 @@ void addBuild(CLI::App& program) {
       ->check(CLI::Range(0.0, pyramid::kFillWithoutLimit_m));
   command
       ->add_option("--max-error", arguments->maxError_m,
-                   "Elevation: no stored height is off what the inputs say by more metres than this; the files become "
-                   "much smaller. Left out: as exact as the inputs are stored, or as the database was built")
+                   "Elevation: no stored height is off what the inputs say by more metres than this, but for what "
+                   "--fill-voids moves; the files become much smaller. Left out: as exact as the inputs are stored, or "
+                   "as the database was built")
       ->check(CLI::Range(1e-6, pyramid::kMostMaxError_m));
   command->add_option(
       "--vertical-datum", arguments->verticalDatum,
@@ -199,14 +195,11 @@ void addBuild(CLI::App& program) {
   command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   command->footer(
       "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "
-      "have "
-      "(voids\n"
+      "have (voids\n"
       "without a tag: on Earth below -12000 or above 9000 m, on Mars and the Moon below -15000 or above 30000 m, "
-      "elsewhere "
-      "beyond the\n"
+      "elsewhere beyond the\n"
       "radius), which a warning tells of. In imagery: alpha or mask at 0, or all bands at their NODATA value. Where "
-      "finer "
-      "elevation\n"
+      "finer elevation\n"
       "has a void or ends, what is coarser is moved to meet it, so that there is no step; data itself never moves "
       "(--fill-voids 0:\n"
       "voids stay voids, and what lies below shows as it is).\n\n"

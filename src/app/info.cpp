@@ -65,7 +65,7 @@ std::string textOf(const raster::TileSourceInfo& info, const pyramid::PyramidSum
     fmt::format_to(out, "tiles      {} cells a side, heights {}{}\n", info.tileCells,
                    summary.heightStep_m == 0.0 ? "in 32-bit floating point"
                                                : fmt::format("in steps of {:.6g} m", summary.heightStep_m),
-                   summary.maxError_m == 0.0 ? "" : fmt::format(", off by at most {:g} m", summary.maxError_m));
+                   summary.maxError_m == 0.0 ? "" : fmt::format(", rounded by at most {:g} m", summary.maxError_m));
     fmt::format_to(out, "voids      {}\n", filled(summary.fillVoids_m));
   } else {
     fmt::format_to(out, "tiles      {} pixels a side\n", info.tileCells);

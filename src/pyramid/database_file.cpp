@@ -114,7 +114,8 @@ std::string commandToGoOn(const TileDatabase& part) {
   const bool appends = below > 0 && below < meta.sources.size();
   return fmt::format("tellurion build {}{} --kind {} --tiling {}{}{}", shellWord(output),
                      inputsNamed(meta.sources, appends ? below : 0), raster::nameOf(meta.kind),
-                     tiling::nameOf(meta.scheme), bodyNamed(meta.body), appends ? " --append" : fillNamed(meta) + maxErrorNamed(meta));
+                     tiling::nameOf(meta.scheme), bodyNamed(meta.body),
+                     appends ? " --append" : fillNamed(meta) + maxErrorNamed(meta));
 }
 
 io::Failure unfinished(const TileDatabase& database) {

@@ -38,9 +38,9 @@ struct BuildOptions {
   /// border, so that there is no step (void_fill.h); 0: not at all. Left out: as far as the inputs' depths ask for, or,
   /// for an append, what the database was built with. An append with another one is refused.
   std::optional<double> fillVoids_m;
-  /// Elevation: no stored height is farther from what the inputs say there than this, metres, above 0; much smaller
-  /// files (bounded_heights.h). Left out: as exact as the inputs are stored, or, for an append, as the database was
-  /// built. An append with another one is refused.
+  /// Elevation: no stored height is farther from what the inputs say there than this, metres, above 0, but for what
+  /// fillVoids_m moves; much smaller files (bounded_heights.h). Left out: as exact as the inputs are stored, or, for an
+  /// append, as the database was built. An append with another one is refused.
   std::optional<double> maxError_m;
   /// Elevation: what the inputs' heights are above, as raster/vertical_datum.h names it; they are stored above the
   /// ellipsoid. Empty: as they are.
