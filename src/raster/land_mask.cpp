@@ -91,18 +91,34 @@ bool isArea(const OGRGeometry* geometry) {
   return type == wkbPolygon || type == wkbMultiPolygon;
 }
 
-io::Result<int> burnLayer(OGRLayer& layer, const std::string& path, const GdalMessages& messages, Canvas& canvas) {
+/// Metres and feet taken for degrees lie nowhere, and would cut all away.
+bool isLonLat(const OGRGeometry& geometry) {
+  constexpr double kRounding = 1e-6;
+  OGREnvelope box;
+  geometry.getEnvelope(&box);
+  return box.MinX >= -360.0 - kRounding && box.MaxX <= 360.0 + kRounding && box.MinY >= -90.0 - kRounding &&
+         box.MaxY <= 90.0 + kRounding;
+}
+
+io::Result<int> burnLayer(OGRLayer& layer, const std::string& path, const GdalMessages& messages, Canvas& canvas,
+                          const std::stop_token& stop) {
   auto transformation = toLonLat(layer.GetSpatialRef(), path);
   if (!transformation) return tl::unexpected(transformation.error());
   int areas = 0;
   layer.ResetReading();
   while (true) {
+    if (stop.stop_requested()) return io::fail(Code::cancelled, "stopped");
     const std::unique_ptr<OGRFeature> feature(layer.GetNextFeature());
     if (!feature) break;
     OGRGeometry* geometry = feature->GetGeometryRef();
     if (!isArea(geometry)) continue;
     if (*transformation && geometry->transform(transformation->get()) != OGRERR_NONE) {
       return tl::unexpected(messages.failure(Code::corrupt, "a polygon has no longitude and latitude", path));
+    }
+    if (!isLonLat(*geometry)) {
+      return io::fail(
+          Code::unsupported,
+          "its coordinates are not longitude and latitude in degrees: say what they are (a shapefile's .prj)", path);
     }
     ++areas;
     if (auto ok = canvas.burn(*geometry, messages, path); !ok) return tl::unexpected(ok.error());
@@ -113,7 +129,8 @@ io::Result<int> burnLayer(OGRLayer& layer, const std::string& path, const GdalMe
 
 }  // namespace
 
-io::Result<Raster<std::uint8_t>> insidePolygons(const std::vector<std::string>& files, const LonLatGrid& grid) {
+io::Result<Raster<std::uint8_t>> insidePolygons(const std::vector<std::string>& files, const LonLatGrid& grid,
+                                                const std::stop_token& stop) {
   Canvas canvas(grid);
   for (const std::string& path : files) {
     const GdalMessages messages;
@@ -121,7 +138,7 @@ io::Result<Raster<std::uint8_t>> insidePolygons(const std::vector<std::string>& 
     if (!dataset) return tl::unexpected(dataset.error());
     int areas = 0;
     for (int i = 0; i < (*dataset)->GetLayerCount(); ++i) {
-      const auto drawn = burnLayer(*(*dataset)->GetLayer(i), path, messages, canvas);
+      const auto drawn = burnLayer(*(*dataset)->GetLayer(i), path, messages, canvas, stop);
       if (!drawn) return tl::unexpected(drawn.error());
       areas += *drawn;
     }

@@ -65,6 +65,22 @@ TEST(LandMask, ProjectedLayersAreTakenToLongitudeAndLatitude) {
   }
 }
 
+TEST(LandMask, MetresWithoutAReferenceAreRefusedAndAStopIsSeen) {
+  const ScratchFolder folder;
+  const LonLatGrid grid{.bounds = geo::GeoRect::whole(), .width = 8, .height = 4};
+  std::ofstream(folder.file("metres.geojson"))
+      << R"({"type":"Polygon","coordinates":[[[400000,5000000],[500000,5000000],[500000,5100000],[400000,5000000]]]})";
+  const auto metres = insidePolygons({folder.file("metres.geojson")}, grid);
+  ASSERT_FALSE(metres.has_value());
+  EXPECT_NE(metres.error().message.find("not longitude and latitude"), std::string::npos) << metres.error().message;
+  std::ofstream(folder.file("box.geojson")) << R"({"type":"Polygon","coordinates":[[[0,0],[9,0],[9,9],[0,0]]]})";
+  std::stop_source stop;
+  stop.request_stop();
+  const auto stopped = insidePolygons({folder.file("box.geojson")}, grid, stop.get_token());
+  ASSERT_FALSE(stopped.has_value());
+  EXPECT_EQ(stopped.error().code, io::Failure::Code::cancelled);
+}
+
 TEST(LandMask, DamagedAndForeignFilesAreFailures) {
   const ScratchFolder folder;
   const LonLatGrid grid{.bounds = geo::GeoRect::whole(), .width = 8, .height = 4};
