@@ -82,11 +82,16 @@ io::Result<void> checkCleaning(const BuildOptions& options) {
     return io::fail(Code::invalidArgument,
                     "only imagery is cleaned: leave --match-colours, --feather, --cut and --clouds out");
   }
-  if (!cleaning.matchColours && !cleaning.clouds) return {};
-  if (options.append || options.inputs.size() < 2) {
+  const bool compares = cleaning.matchColours || cleaning.clouds;
+  if (compares && (options.append || options.inputs.size() < 2)) {
     return io::fail(Code::invalidArgument,
                     "--match-colours and --clouds compare inputs of one build with each other: name at least two, the "
                     "clear or filling one first, without --append");
+  }
+  if (!options.append && options.inputs.size() < 2) {
+    return io::fail(Code::invalidArgument,
+                    "--feather and --cut show what is below an input, and below the first there is nothing: name what "
+                    "lies below first, or lay it over a database with --append");
   }
   return {};
 }

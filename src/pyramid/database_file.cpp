@@ -118,23 +118,27 @@ std::string commandToGoOn(const TileDatabase& part) {
                      appends ? " --append" : fillNamed(meta) + maxErrorNamed(meta));
 }
 
+std::string_view optionsToRepeat(const DatabaseMeta& meta) {
+  return meta.kind == raster::Kind::elevation
+             ? "--max-level, --nodata, --region and --vertical-datum"
+             : "--max-level, --nodata, --region, --format, --match-colours, --feather, --cut and --clouds";
+}
+
 io::Failure unfinished(const TileDatabase& database) {
   const std::string& path = database.connection().path();
   if (!path.ends_with(kPart)) {
     return {
         .code = Code::invalidArgument,
         .message = fmt::format("is not finished: a build works in OUT.tdb.part, and this file was renamed; rename it "
-                               "back to {}.part, then '{}', with --max-level, --nodata, --region and --format as "
-                               "they were given then, "
-                               "goes on with it",
-                               path, commandToGoOn(database)),
+                               "back to {}.part, then '{}', with {} as they were given then, goes on with it",
+                               path, commandToGoOn(database), optionsToRepeat(database.meta())),
         .where = path};
   }
   const auto tiles = database.connection().integer("SELECT count(*) FROM tiles");
   return {.code = Code::invalidArgument,
-          .message = fmt::format("is an unfinished build, {} tiles so far; '{}', with --max-level, --nodata, --region "
-                                 "and --format as they were given then, goes on with it",
-                                 tiles ? *tiles : 0, commandToGoOn(database)),
+          .message = fmt::format("is an unfinished build, {} tiles so far; '{}', with {} as they were given then, goes "
+                                 "on with it",
+                                 tiles ? *tiles : 0, commandToGoOn(database), optionsToRepeat(database.meta())),
           .where = path};
 }
 

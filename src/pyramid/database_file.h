@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "pyramid/database.h"
 
@@ -19,6 +20,9 @@ bool isTileDatabaseFile(const std::filesystem::path& path);
 /// The command that goes on with an unfinished build at OUT.tdb.part, as far as the file knows it: OUT.tdb, the inputs,
 /// kind, tiling and body. Names are as they were given, relative to the folder where the build was begun.
 std::string commandToGoOn(const TileDatabase& part);
+
+/// The options that commandToGoOn cannot name, for the file does not hold them: they have to be given as they were.
+std::string_view optionsToRepeat(const DatabaseMeta& meta);
 
 /// What to say of a tile database that is not complete.
 io::Failure unfinished(const TileDatabase& database);

@@ -126,11 +126,22 @@ class ImageryCleaning::Preparation {
     return io::fail(io::Failure::Code::cancelled, "stopped");
   }
 
+  /// Where the map's size does not allow the ramp that was asked for.
+  void warnOfNarrowRamp(int input, const raster::LonLatGrid& grid) {
+    double step_m = grid.rowStep_m(plan_.meta.body);
+    for (int row = 0; row < grid.height; ++row)
+      step_m = std::max(step_m, grid.columnStep_m(plan_.meta.body, row));
+    if (options_.feather_m == 0.0 || step_m <= options_.feather_m) return;
+    cleaning_.warnings_.push_back(
+        fmt::format("{}: --feather {:g} is narrower than its map can tell: it fades over {:.0f} m", planned(input).path,
+                    options_.feather_m, step_m));
+  }
+
   /// 1 in the polygons, fading to 0 over the feather's width outside.
   io::Result<void> cut(int input) {
     if (auto ok = goOn(); !ok) return ok;
     const raster::LonLatGrid grid = rampGrid(plan_, input);
-    auto land = raster::insidePolygons(options_.cutAt, grid);
+    auto land = raster::insidePolygons(options_.cutAt, grid, stop_);
     if (!land) return tl::unexpected(land.error());
     Raster<std::uint8_t> sea(grid.width, grid.height);
     std::ranges::transform(land->samples, sea.samples.begin(), [](std::uint8_t l) { return l == 0 ? 1 : 0; });
@@ -138,6 +149,11 @@ class ImageryCleaning::Preparation {
     std::ranges::transform(distances.samples, sea.samples.begin(), [&](float d) {
       return byteOf(1.0 - raster::rampOf(static_cast<double>(d), options_.feather_m));
     });
+    if (std::ranges::all_of(sea.samples, [](std::uint8_t share) { return share == 0; })) {
+      cleaning_.warnings_.push_back(
+          fmt::format("{}: no polygon of --cut meets it, so nothing of it is shown", planned(input).path));
+    }
+    warnOfNarrowRamp(input, grid);
     entry(input).land = WeightMap{grid, std::move(sea)};
     return {};
   }
@@ -154,11 +170,12 @@ class ImageryCleaning::Preparation {
       colours.assign(places.size(), {});
       if (auto ok = inputs_.coloursAt(input, places, footprint, colours); !ok) return ok;
       for (int col = 0; col < grid.width; ++col)
-        covered.at(col, row) = colours[static_cast<std::size_t>(col)].a == 255 ? 1 : 0;
+        covered.at(col, row) = colours[static_cast<std::size_t>(col)].a > 0 ? 1 : 0;
     }
     const auto distances = raster::distancesToUnmarked(grid, covered, plan_.meta.body, options_.feather_m, true);
     std::ranges::transform(distances.samples, covered.samples.begin(),
                            [&](float d) { return byteOf(raster::rampOf(static_cast<double>(d), options_.feather_m)); });
+    warnOfNarrowRamp(input, grid);
     entry(input).rim = WeightMap{grid, std::move(covered)};
     return {};
   }
@@ -167,7 +184,7 @@ class ImageryCleaning::Preparation {
     if (auto ok = goOn(); !ok) return ok;
     const raster::LonLatGrid grid = cloudGrid(plan_, input);
     const auto clear = [&](std::span<const geo::Direction> places, geo::Angle footprint, std::span<Rgba8> out) {
-      io::Result<void> ok;
+      io::Result<void> ok = goOn();
       for (int below = 0; ok && below < input; ++below)
         ok = inputs_.coloursAt(below, places, footprint, out);
       return ok;
@@ -207,6 +224,7 @@ class ImageryCleaning::Preparation {
   /// The inputs above one, where they are neither cut off nor cloudy.
   io::Result<void> cleanedAbove(int input, std::span<const geo::Direction> places, geo::Angle footprint,
                                 std::span<Rgba8> out) {
+    if (auto ok = goOn(); !ok) return ok;
     std::vector<Rgba8> own;
     for (int other = input + 1; other < count_; ++other) {
       own.assign(places.size(), {});
@@ -224,6 +242,7 @@ class ImageryCleaning::Preparation {
 
   raster::ColourSampler samplerOf(int input) {
     return [this, input](std::span<const geo::Direction> places, geo::Angle footprint, std::span<Rgba8> out) {
+      if (auto ok = goOn(); !ok) return ok;
       return inputs_.coloursAt(input, places, footprint, out);
     };
   }

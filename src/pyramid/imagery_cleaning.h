@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "pyramid/build_plan.h"
@@ -31,6 +32,9 @@ class ImageryCleaning {
   /// What the maps take while it lives.
   std::uint64_t bytes() const;
 
+  /// What the options come to that may not be meant.
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
   /// Lays an input's colours, which it changes, over those of the inputs below.
   void lay(int input, std::span<const geo::Direction> places, std::span<raster::Rgba8> own,
            std::span<raster::Rgba8> out) const;
@@ -44,6 +48,7 @@ class ImageryCleaning {
     std::optional<raster::WeightMap> clear;    ///< the same, for clouds
   };
   std::vector<Entry> entries_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace tellurion::pyramid

@@ -253,8 +253,56 @@ TEST_P(ImageryCleaningOf, TheBytesDoNotDependOnTheWorkers) {
   }
 }
 
+TEST_P(ImageryCleaningOf, WhatIsHalfTransparentIsFeatheredAndStays) {
+  const std::string below = written("below.tif", [](double, double) { return Rgba8{200, 100, 50, 255}; });
+  const std::string above = written("above.tif", [](double, double) { return Rgba8{40, 180, 150, 128}; });
+  const Rgba8 plain = at(built(options({below, above}, "plain.tdb")), kSouth + 2.0, kWest + 2.0);
+  EXPECT_GT(farthest(plain, {200, 100, 50}), 20.0) << "the test has nothing to keep";
+  BuildOptions feathered = options({below, above}, "feathered.tdb");
+  feathered.cleaning.feather_m = 10000.0;
+  const Rgba8 seen = at(built(feathered), kSouth + 2.0, kWest + 2.0);
+  const auto channel = [](std::uint8_t v) { return static_cast<double>(v); };
+  EXPECT_LT(farthest(seen, {channel(plain.r), channel(plain.g), channel(plain.b)}), 4.0);
+}
+
+TEST_P(ImageryCleaningOf, PolygonsBesideAnInputAndTooNarrowARampAreWarnedOf) {
+  const std::string below = written("below.tif", [](double, double) { return Rgba8{200, 100, 50, 255}; });
+  const std::filesystem::path coast = folder_ / "far.geojson";
+  std::ofstream(coast) << R"({"type":"Polygon","coordinates":[[[51,1],[53,1],[53,3],[51,3],[51,1]]]})";
+  BuildOptions cut = options({below, below}, "cut.tdb");
+  cut.cleaning.cutAt = {coast.string()};
+  cut.cleaning.feather_m = 100.0;
+  const auto report = buildPyramid(cut);
+  ASSERT_TRUE(report.has_value()) << io::describe(report.error());
+  const auto warned = [&](const char* what) {
+    return std::ranges::any_of(report->warnings,
+                               [&](const std::string& w) { return w.find(what) != std::string::npos; });
+  };
+  EXPECT_TRUE(warned("no polygon of --cut meets it"));
+  EXPECT_TRUE(warned("--feather 100 is narrower"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Tilings, ImageryCleaningOf, ::testing::Values(Scheme::cube, Scheme::healpix),
                          [](const auto& tested) { return std::string(tiling::nameOf(tested.param)); });
+
+TEST(ImageryCleaning, AnotherBuildsPartIsRefusedBeforeAnythingIsCleaned) {
+  const TemporaryFolder folder;
+  writeColour(folder / "a.tif", degreesGrid(0, 0, 10, 10, 20, 20), [](int, int) { return Rgba8{9, 9, 9, 255}; });
+  BuildOptions options;
+  options.output = folder / "out.tdb";
+  options.inputs = {(folder / "a.tif").string(), (folder / "a.tif").string()};
+  options.kind = raster::Kind::imagery;
+  ASSERT_TRUE(buildPyramid(options).has_value());
+  std::filesystem::rename(options.output, folder / "out.tdb.part");
+  // Cleaning would fail for the polygons, were it begun.
+  options.cleaning.cutAt = {(folder / "none.shp").string()};
+  const auto result = buildPyramid(options);
+  ASSERT_FALSE(result.has_value());
+  const std::string& message = result.error().message;
+  EXPECT_NE(message.find("is left from a build with other"), std::string::npos) << message;
+  for (const char* option : {"--match-colours", "--feather", "--cut", "--clouds", "--format", "--region"})
+    EXPECT_NE(message.find(option), std::string::npos) << message;
+}
 
 TEST(ImageryCleaning, WhatCannotBeIsSaidAndEveryOptionIsAnotherBuild) {
   const TemporaryFolder folder;
@@ -287,6 +335,12 @@ TEST(ImageryCleaning, WhatCannotBeIsSaidAndEveryOptionIsAnotherBuild) {
   BuildOptions single = options;
   single.inputs = {input};
   refused(single, "at least two");
+  for (const CleaningOptions& alone :
+       {CleaningOptions{.matchColours = false, .feather_m = 9.0, .cutAt = {}, .clouds = false},
+        CleaningOptions{.matchColours = false, .feather_m = 0.0, .cutAt = {input}, .clouds = false}}) {
+    single.cleaning = alone;
+    refused(single, "lies below first");
+  }
   BuildOptions heights = options;
   heights.kind = raster::Kind::elevation;
   refused(heights, "only imagery");

@@ -79,22 +79,27 @@ struct Opened {
   bool resumed = false;
 };
 
+/// Whether the file that was left is this build's, or a copy of what it extends.
+io::Result<void> checkLeft(const TileDatabase& database, const BuildPlan& plan, const std::string& baseKey) {
+  const std::string& key = database.meta().buildKey;
+  if (key == plan.meta.buildKey || (plan.base && key == baseKey)) return {};
+  return io::fail(
+      Code::invalidArgument,
+      fmt::format(
+          "is left from a build with other inputs or options; finish that one ('{}', with {} as they were given "
+          "then), or remove the file to start over",
+          commandToGoOn(database), optionsToRepeat(database.meta())),
+      database.connection().path());
+}
+
 io::Result<Opened> openExisting(const fs::path& part, const BuildPlan& plan, const std::string& baseKey,
                                 const BuildPosition& start) {
   auto database = TileDatabase::open(part, io::SqliteConnection::Mode::write);
   if (!database) return tl::unexpected(database.error());
+  if (auto ok = checkLeft(*database, plan, baseKey); !ok) return tl::unexpected(ok.error());
   if (plan.base && database->meta().buildKey == baseKey) {
     if (auto ok = startAppend(*database, plan, start); !ok) return tl::unexpected(ok.error());
     return Opened{std::move(*database), false};
-  }
-  if (database->meta().buildKey != plan.meta.buildKey) {
-    return io::fail(
-        Code::invalidArgument,
-        fmt::format("is left from a build with other inputs or options; finish that one ('{}', with --max-level, "
-                    "--nodata, --region, --format and the like as they were given then), or remove the file to start "
-                    "over",
-                    commandToGoOn(*database)),
-        part.string());
   }
   return Opened{std::move(*database), true};
 }
@@ -115,6 +120,18 @@ io::Result<Opened> openPart(const fs::path& part, const BuildPlan& plan, const s
   auto created = TileDatabase::create(part, plan.meta, start);
   if (!created) return tl::unexpected(created.error());
   return Opened{std::move(*created), false};
+}
+
+/// What openPart would refuse, told before the work that comes first.
+io::Result<void> checkPart(const fs::path& part, const BuildPlan& plan, const std::string& baseKey) {
+  std::error_code error;
+  if (!fs::exists(part, error)) return {};
+  const auto blank = TileDatabase::isBlank(part);
+  if (!blank) return tl::unexpected(blank.error());
+  if (*blank) return {};
+  const auto database = TileDatabase::open(part, io::SqliteConnection::Mode::write);
+  if (!database) return tl::unexpected(database.error());
+  return checkLeft(*database, plan, baseKey);
 }
 
 /// The last commit: what only the end knows. There must be a tile.
@@ -252,10 +269,16 @@ io::Result<BuildReport> buildPyramid(const BuildOptions& options, const Progress
         "lay the inputs over it with --append",
         options.output.string());
   }
+  const std::string baseKey = options.append ? (*existing)->buildKey : std::string();
+  if (auto ok = checkPart(withSuffix(options.output, ".part"), *plan, baseKey); !ok) return tl::unexpected(ok.error());
   auto cleaned = ImageryCleaning::prepare(*plan, options.memoryBytes, stop);
   if (!cleaned) return tl::unexpected(cleaned.error());
   plan->cleaned = std::move(*cleaned);
-  return build(options, *plan, options.append ? (*existing)->buildKey : std::string(), progress, std::move(stop));
+  if (plan->cleaned) {
+    const std::vector<std::string>& warnings = plan->cleaned->warnings();
+    plan->warnings.insert(plan->warnings.end(), warnings.begin(), warnings.end());
+  }
+  return build(options, *plan, baseKey, progress, std::move(stop));
 }
 
 }  // namespace tellurion::pyramid
