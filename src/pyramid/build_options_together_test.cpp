@@ -145,7 +145,8 @@ std::string rowsOf(const BuildPlan& plan, const std::filesystem::path& path) {
   EXPECT_TRUE(database.has_value());
   if (!database) return {};
   {
-    BuildRun run(plan, *database, {.jobs = 2, .memoryBytes = kLeastMemory}, {}, {});
+    const ProgressSink untold;  // the run keeps a reference
+    BuildRun run(plan, *database, {.jobs = 2, .memoryBytes = kLeastMemory}, untold, {});
     const auto done = run.run({.level = plan.startLevel(), .row = 0, .done = 0});
     EXPECT_TRUE(done.has_value()) << io::describe(done.error());
   }
