@@ -34,12 +34,7 @@ class BuildRegion : public ::testing::TestWithParam<Scheme> {
     options.scheme = GetParam();
     return options;
   }
-  std::string globe() const {
-    const std::filesystem::path path = folder_ / "globe.tif";
-    writeElevation(path, degreesGrid(-180, -90, 180, 90, 720, 360),
-                   [](int c, int r) { return std::round(hills(89.75 - 0.5 * r, -179.75 + 0.5 * c)); });
-    return path.string();
-  }
+  std::string globe() const { return writeHillyGlobe(folder_ / "globe.tif"); }
   /// A mosaic of 172,800 x 86,400 pixels out of 8 x 4 files of 20 x 20, all damaged but those of `sound`.
   std::string mosaic(const std::vector<int>& sound) const {
     std::string sources;

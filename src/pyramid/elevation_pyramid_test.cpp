@@ -31,13 +31,7 @@ class ElevationPyramid : public ::testing::TestWithParam<Scheme> {
     options.scheme = GetParam();
     return options;
   }
-  /// Half a degree, the whole globe.
-  std::string globe() const {
-    const std::filesystem::path path = folder_ / "globe.tif";
-    writeElevation(path, degreesGrid(-180, -90, 180, 90, 720, 360),
-                   [](int c, int r) { return std::round(hills(89.75 - 0.5 * r, -179.75 + 0.5 * c)); });
-    return path.string();
-  }
+  std::string globe() const { return writeHillyGlobe(folder_ / "globe.tif"); }
   /// Five times finer, a rough patch of some degrees across the equator, a third of it without data.
   std::string patch() const {
     GridSpec spec = degreesGrid(38, -4, 47, 5, 90, 90);

@@ -30,11 +30,7 @@ class PyramidBuilder : public ::testing::Test {
     options.inputs = std::move(inputs);
     return options;
   }
-  std::string globe(const std::string& name = "globe.tif") const {
-    writeElevation(folder_ / name, degreesGrid(-180, -90, 180, 90, 720, 360),
-                   [](int c, int r) { return std::round(hills(89.75 - 0.5 * r, -179.75 + 0.5 * c)); });
-    return (folder_ / name).string();
-  }
+  std::string globe(const std::string& name = "globe.tif") const { return writeHillyGlobe(folder_ / name); }
   TemporaryFolder folder_;
 };
 

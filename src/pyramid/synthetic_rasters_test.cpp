@@ -136,6 +136,12 @@ double hills(double lat, double lon) {
   return 2500.0 * std::sin(9.0 * n.x + 2.0) * std::cos(7.0 * n.y) + 1500.0 * std::sin(31.0 * n.z + 17.0 * n.x * n.y);
 }
 
+std::string writeHillyGlobe(const std::filesystem::path& path) {
+  writeElevation(path, degreesGrid(-180, -90, 180, 90, 720, 360),
+                 [](int c, int r) { return std::round(hills(89.75 - 0.5 * r, -179.75 + 0.5 * c)); });
+  return path.string();
+}
+
 std::vector<tiling::TileId> storedTiles(const PyramidReader& reader) {
   std::vector<tiling::TileId> tiles;
   for (int root = 0; root < tiling::Tiling(reader.info().scheme).rootCount(); ++root) {

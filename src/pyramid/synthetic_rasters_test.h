@@ -59,6 +59,9 @@ Grid readGrid(const std::filesystem::path& path);
 /// Hills all over the globe: a smooth function of place, about +-4000 m.
 double hills(double lat, double lon);
 
+/// Half a degree, the whole globe: hills to the metre. Returns the path.
+std::string writeHillyGlobe(const std::filesystem::path& path);
+
 /// Every stored tile, coarsest first.
 std::vector<tiling::TileId> storedTiles(const PyramidReader& reader);
 raster::SourceTile loaded(const PyramidReader& reader, const tiling::TileId& id);

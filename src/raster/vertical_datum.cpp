@@ -9,21 +9,13 @@
 #include <utility>
 
 #include "geo/geodetic.h"
+#include "raster/proj_objects.h"
 #include "raster/raster_file.h"
 
 namespace tellurion::raster {
 namespace {
 
 using Code = io::Failure::Code;
-
-struct FreeProj {
-  void operator()(PJ_CONTEXT* c) const { proj_context_destroy(c); }
-  void operator()(PJ* p) const { proj_destroy(p); }
-  void operator()(PJ_OBJ_LIST* l) const { proj_list_destroy(l); }
-  void operator()(PJ_OPERATION_FACTORY_CONTEXT* f) const { proj_operation_factory_context_destroy(f); }
-};
-template <class T>
-using Owned = std::unique_ptr<T, FreeProj>;
 
 /// The EPSG code behind a name; nothing: it is a file's.
 std::optional<std::string> codeOf(const std::string& name) {
@@ -100,22 +92,17 @@ class VerticalDatum::File final : public Grid {
 /// An operation of PROJ from heights over the datum to heights over WGS 84's ellipsoid.
 class VerticalDatum::Operation final : public Grid {
  public:
-  Operation() : context_(proj_context_create()) {
-    proj_log_level(context_.get(), PJ_LOG_NONE);
-    proj_context_set_enable_network(context_.get(), 0);
-  }
-
   io::Result<void> create(const std::string& code, const geo::GeoRect& area) {
     PJ_CONTEXT* context = context_.get();
-    const Owned<PJ> vertical(proj_create_from_database(context, "EPSG", code.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
+    const ProjOwned<PJ> vertical(proj_create_from_database(context, "EPSG", code.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
     if (!vertical || proj_get_type(vertical.get()) != PJ_TYPE_VERTICAL_CRS) {
       return io::fail(Code::invalidArgument,
                       fmt::format("--vertical-datum {}: is no vertical reference that PROJ knows; give egm96, egm2008, "
                                   "the EPSG code of one (EPSG:5773), or a file",
                                   name));
     }
-    const Owned<PJ> source(proj_create(context, ("EPSG:4326+" + code).c_str()));
-    const Owned<PJ> target(proj_create(context, "EPSG:4979"));
+    const ProjOwned<PJ> source(proj_create(context, ("EPSG:4326+" + code).c_str()));
+    const ProjOwned<PJ> target(proj_create(context, "EPSG:4979"));
     if (!source || !target) return io::fail(Code::unsupported, "PROJ's database lacks WGS 84; is proj-data whole?");
     return choose(source.get(), target.get(), area);
   }
@@ -140,18 +127,11 @@ class VerticalDatum::Operation final : public Grid {
   /// The best operation that knows both datums and whose grids are all there.
   io::Result<void> choose(const PJ* source, const PJ* target, const geo::GeoRect& area) {
     PJ_CONTEXT* context = context_.get();
-    const Owned<PJ_OPERATION_FACTORY_CONTEXT> factory(proj_create_operation_factory_context(context, nullptr));
-    PJ_OPERATION_FACTORY_CONTEXT* f = factory.get();
-    proj_operation_factory_context_set_grid_availability_use(context, f, PROJ_GRID_AVAILABILITY_IGNORED);
-    proj_operation_factory_context_set_spatial_criterion(context, f, PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
-    proj_operation_factory_context_set_area_of_interest(context, f, area.west.degrees(), area.south.degrees(),
-                                                        geo::wrappedLongitude(area.east()).degrees(),
-                                                        area.north.degrees());
-    const Owned<PJ_OBJ_LIST> found(proj_create_operations(context, source, target, f));
+    const auto found = projOperations(context, source, target, area, MissingGrids::kept);
     std::string missing;
     const int count = found ? proj_list_get_count(found.get()) : 0;
     for (int i = 0; i < count; ++i) {
-      const Owned<PJ> candidate(proj_list_get(context, found.get(), i));
+      const ProjOwned<PJ> candidate(proj_list_get(context, found.get(), i));
       // A ballpark operation takes heights as they are, which is what this option is there to end.
       if (!candidate || proj_coordoperation_has_ballpark_transformation(context, candidate.get()) != 0) continue;
       const auto grids = gridsOf(context, candidate.get());
@@ -174,8 +154,8 @@ class VerticalDatum::Operation final : public Grid {
                     name));
   }
 
-  Owned<PJ_CONTEXT> context_;
-  Owned<PJ> operation_;  // goes before the context
+  ProjOwned<PJ_CONTEXT> context_ = quietProjContext();
+  ProjOwned<PJ> operation_;  // goes before the context
   std::vector<double> lon_;
   std::vector<double> lat_;
 };
