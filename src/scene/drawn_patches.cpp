@@ -32,19 +32,17 @@ FinerEdge finerEdgeAlong(const tiling::Tiling& tiling, const tiling::TileId& coa
 
 void DrawnPatches::apply(const Selection& selection, const tiling::Tiling& tiling, Frame& frame) {
   std::swap(last_, now_);
-  now_.clear();
-  std::vector<FinerEdge> finer;
   auto joined = selection.joined.begin();
   for (std::size_t i = 0; i < selection.drawn.size(); ++i) {
     const SelectedTile& tile = selection.drawn[i];
-    finer.clear();
+    finer_.clear();
     for (; joined != selection.joined.end() && joined->coarse == i; ++joined) {
       const SelectedTile& beside = selection.drawn[joined->fine];
-      finer.push_back(finerEdgeAlong(tiling, tile.id, beside.id, joined->edge));
-      finer.back().finer = meshOf(beside);
+      finer_.push_back(finerEdgeAlong(tiling, tile.id, beside.id, joined->edge));
+      finer_.back().finer = meshOf(beside);
     }
-    if (tile.over == nullptr && finer.empty()) continue;
-    frame.tiles[i].mesh = patch(meshOf(tile), tile.coarseEdges, finer, frame.vertexGrid_m);
+    if (tile.over == nullptr && finer_.empty()) continue;
+    frame.tiles[i].mesh = patch(meshOf(tile), tile.coarseEdges, finer_, frame.vertexGrid_m);
   }
   last_.clear();
 }
@@ -52,15 +50,14 @@ void DrawnPatches::apply(const Selection& selection, const tiling::Tiling& tilin
 std::shared_ptr<const TerrainMesh> DrawnPatches::patch(const MeshPart& base, std::uint8_t coarseEdges,
                                                        std::span<const FinerEdge> finer, double vertexGrid_m) {
   const auto numberOf = [](const MeshPart& part) { return static_cast<std::uint64_t>(part.quadrant + 1); };
-  Key key{base.mesh->serial, numberOf(base), coarseEdges};
+  key_.assign({base.mesh->serial, numberOf(base), coarseEdges});
   for (const FinerEdge& each : finer) {
     const std::uint64_t edges = (std::uint64_t{each.edge} << 8u) | each.finerEdge;
-    key.insert(key.end(), {each.finer.mesh->serial, numberOf(each.finer), edges,
-                           std::bit_cast<std::uint64_t>(each.from), std::bit_cast<std::uint64_t>(each.to)});
+    key_.insert(key_.end(), {each.finer.mesh->serial, numberOf(each.finer), edges,
+                             std::bit_cast<std::uint64_t>(each.from), std::bit_cast<std::uint64_t>(each.to)});
   }
-  auto& mesh = now_[key];
-  const auto before = last_.find(key);
-  if (!mesh && before != last_.end()) mesh = before->second;
+  if (auto before = last_.extract(key_)) return now_.insert(std::move(before)).position->second;
+  auto& mesh = now_[key_];
   if (!mesh) mesh = patchMesh(base, coarseEdges, finer, vertexGrid_m);
   return mesh;
 }

@@ -28,6 +28,9 @@ class DrawnPatches {
 
   std::map<Key, std::shared_ptr<const TerrainMesh>> last_;
   std::map<Key, std::shared_ptr<const TerrainMesh>> now_;
+  // Kept for their memory: what stays from frame to frame allocates nothing.
+  Key key_;
+  std::vector<FinerEdge> finer_;
 };
 
 /// How the finer tile's edge lies along that of a coarser one, or an equal one, which is across it.
