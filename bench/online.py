@@ -255,16 +255,16 @@ def layers(program, work, asked, seconds=60, fps=30):
         path, rows = work / "path.csv", work / "layers.csv"
         run = online_world.Program(program, work / "cache")
         run.run("render", scene, "--camera", VIEW, "--size", SIZE, "-o", work / "warm.png")
-        frames = []
+        changing, still = [], []
         # However long a busy machine takes until all is here.
-        while sum(int(row["layer_changes"]) for row in frames) == 0 and seconds < 1000:
+        while not (still and any(int(row["layer_changes"]) for row in changing)) and seconds < 1000:
             path.write_text("".join(f"{s},{VIEW}\n" for s in (0, seconds)))
             run.run("bench", scene, "--path", path, "--size", SIZE, "--fps", fps, "--layer-changes", 60, "--stats", rows, timeout=seconds + 120)
             frames = rows_of(rows)
             frames = frames[next((i for i, row in enumerate(frames) if row["complete"] == "true"), len(frames)):]
             seconds *= 2
-        changing = [row for row in frames if int(float(row["time_s"])) % 2]
-        still = [row for row in frames if not int(float(row["time_s"])) % 2]
+            changing = [row for row in frames if int(float(row["time_s"])) % 2]
+            still = [row for row in frames if not int(float(row["time_s"])) % 2]
         print(f"{sum(int(row['layer_changes']) for row in frames)} changes; at rest median {percentiles(still)[0]:.1f} ms, 99% {percentiles(still)[1]:.1f} ms; "
               f"while they change {percentiles(changing)[0]:.1f} and {percentiles(changing)[1]:.1f} ms")
         asked.at_most("requests once all is here", int(frames[-1]["requests"]) - int(frames[0]["requests"]), 0)
