@@ -118,6 +118,47 @@ TEST_P(JoiningLayers, byTheClockNothingGetsCoarserForGroundThatIsNotNested) {
   EXPECT_TRUE(frame->complete);
 }
 
+bool oneHoldsTheOther(const TileId& a, const TileId& b) {
+  const int level = std::min(a.level, b.level);
+  return a.ancestor(level) == b.ancestor(level);
+}
+
+/// Pictures join; the ground, which is here, stays as exact as it was where it was seen. (What lay just beyond the
+/// picture, as its finer tiles told, counts as seen and may be off until they are here with their pictures.)
+TEST_P(JoiningLayers, byTheClockPicturesThatJoinLeaveTheErrorWithinTheTolerance) {
+  const View view = hillsView();
+  Remote colours(raster::Kind::imagery, GetParam(), 7);
+  const auto globe =
+      globeOf({.elevation = {planet}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
+  const double tolerance_px = CutOptions().tolerance_px;
+  double time_s = 0.0;
+  const auto next = [&]() -> const Frame& {
+    globe->waitForArrivals(5ms);
+    return globe->update(view, {.time_s = time_s += 0.02});
+  };
+  const auto end = std::chrono::steady_clock::now() + 240s;
+  const Frame* frame = &next();
+  while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20 || frame->morphing) &&
+         std::chrono::steady_clock::now() < end)
+    frame = &next();
+  ASSERT_LE(frame->statistics.maxScreenError_px, tolerance_px);
+  std::vector<TileId> seen;
+  for (const DrawnTile& tile : frame->tiles)
+    seen.push_back(tile.id);
+  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+    colours.server->serve(20);
+    frame = &next();
+    for (const DrawnTile& tile : frame->tiles) {
+      const bool wasSeen = std::ranges::any_of(seen, [&](const TileId& id) { return oneHoldsTheOther(id, tile.id); });
+      if (wasSeen) {
+        ASSERT_LE(tile.error_px, tolerance_px) << "shows pictures: " << showsPictures(*frame);
+      }
+    }
+  }
+  EXPECT_TRUE(frame->complete);
+  EXPECT_TRUE(showsPictures(*frame));
+}
+
 /// The eye goes on, and sees what is there without the layer as fine as ever.
 TEST_P(JoiningLayers, whatIsShownGoesOnBecomingFinerWhileALayerHangs) {
   const View there = viewFrom(44.0, 11.0, 60e3, 20, -35, kViewport);
