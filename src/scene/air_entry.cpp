@@ -11,8 +11,6 @@
 namespace tellurion::scene {
 namespace {
 
-using Code = io::Failure::Code;
-
 struct Range {
   double low = 0.0;
   double high = 0.0;
@@ -54,10 +52,6 @@ constexpr std::array kBands{BandsKey{"gas_depth", &Atmosphere::gasDepth, kDepths
 // Without these nothing is known of an atmosphere.
 constexpr std::array<std::string_view, 3> kNeeded{"top_m", "gas_depth", "gas_height_m"};
 
-tl::unexpected<io::Failure> wrong(std::string where, std::string message) {
-  return io::fail(Code::invalidArgument, std::move(message), std::move(where));
-}
-
 bool within(double value, Range range) {
   return value >= range.low && value <= range.high;
 }
@@ -71,106 +65,89 @@ std::string allKeys() {
   return keys;
 }
 
-/// A number for all three colours, or one for each.
-std::optional<ThreeBands> bandsFrom(const EntryField& field, Range range) {
-  ThreeBands out{};
-  if (const auto* one = std::get_if<double>(&field.value)) out.fill(*one);
-  if (const auto* several = std::get_if<std::vector<double>>(&field.value)) {
-    if (several->size() != out.size()) return std::nullopt;
-    std::ranges::copy(*several, out.begin());
-  } else if (!std::holds_alternative<double>(field.value)) {
-    return std::nullopt;
-  }
-  return std::ranges::all_of(out, [&](double v) { return within(v, range); }) ? std::optional(out) : std::nullopt;
+std::optional<double> numberIn(const Entry& entry, Range range) {
+  std::optional<double> value;
+  if (const auto* whole = std::get_if<std::int64_t>(&entry.value)) value = static_cast<double>(*whole);
+  if (const auto* real = std::get_if<double>(&entry.value)) value = *real;
+  return value && within(*value, range) ? value : std::nullopt;
 }
 
-io::Result<void> readNumber(const EntryField& field, std::string_view key, Range range, double& out) {
-  const auto* value = std::get_if<double>(&field.value);
-  if (value == nullptr || !within(*value, range))
-    return wrong(field.where, fmt::format("'{}' must be a number from {} to {}", key, range.low, range.high));
-  out = *value;
-  return {};
+/// A number for all three colours, or one for each.
+std::optional<ThreeBands> bandsFrom(const Entry& entry, Range range) {
+  ThreeBands out{};
+  const bool isList = entry.shape == Entry::Shape::list;
+  if (isList && entry.parts.size() != out.size()) return std::nullopt;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto value = numberIn(isList ? entry.parts[i] : entry, range);
+    if (!value) return std::nullopt;
+    out[i] = *value;
+  }
+  return out;
 }
 
 /// A key that is neither `enabled` nor `model`.
-io::Result<void> readField(const EntryField& field, Air& air) {
+void readField(const Entry& field, Air& air) {
   for (const NumberKey& number : kNumbers) {
-    if (number.key == field.key) return readNumber(field, number.key, number.range, air.atmosphere.*number.field);
+    if (number.key != field.key) continue;
+    air.atmosphere.*number.field = asNumber(field, number.range.low, number.range.high);
+    return;
   }
   for (const BandsKey& bands : kBands) {
     if (bands.key != field.key) continue;
     const auto value = bandsFrom(field, bands.range);
     if (!value)
-      return wrong(field.where, fmt::format("'{}' must be a number from {} to {}, or [red, green, blue] of such",
-                                            bands.key, bands.range.low, bands.range.high));
+      complain(field.where, fmt::format("'{}' must be a number from {} to {}, or [red, green, blue] of such", bands.key,
+                                        bands.range.low, bands.range.high));
     air.atmosphere.*bands.field = *value;
-    return {};
+    return;
   }
   if (field.key != "exposure")
-    return wrong(field.where, fmt::format("unknown key '{}'; allowed here: {}", field.key, allKeys()));
-  const auto* text = std::get_if<std::string>(&field.value);
-  if (text != nullptr && *text == "auto") return {};
-  const auto* stops = std::get_if<double>(&field.value);
-  if (stops == nullptr || !within(*stops, kStops))
-    return wrong(field.where,
-                 fmt::format("'exposure' must be \"auto\", or stops from {} to {}", kStops.low, kStops.high));
+    complain(field.where, fmt::format("unknown key '{}'; allowed here: {}", field.key, allKeys()));
+  if (field.isText() && asText(field) == "auto") return;
+  const auto stops = numberIn(field, kStops);
+  if (!stops)
+    complain(field.where, fmt::format("'exposure' must be \"auto\", or stops from {} to {}", kStops.low, kStops.high));
   air.exposure_stops = *stops;
-  return {};
-}
-
-const EntryField* find(std::span<const EntryField> fields, std::string_view key) {
-  const auto found = std::ranges::find(fields, key, &EntryField::key);
-  return found != fields.end() ? &*found : nullptr;
 }
 
 /// What all other keys change.
-io::Result<Atmosphere> modelFor(std::span<const EntryField> fields, const std::string& where, const geo::Body& body) {
-  if (const EntryField* field = find(fields, "model")) {
-    const auto* name = std::get_if<std::string>(&field->value);
-    const auto model = name != nullptr ? atmosphereByName(*name) : std::nullopt;
-    if (!model) return wrong(field->where, "'model' must be \"earth\" or \"mars\"");
+Atmosphere modelFor(const Entry& table, const geo::Body& body) {
+  if (const Entry* field = find(table, "model")) {
+    const auto model = field->isText() ? atmosphereByName(asText(*field)) : std::nullopt;
+    if (!model) complain(field->where, "'model' must be \"earth\" or \"mars\"");
     return *model;
   }
   if (const auto own = atmosphereByName(body.name)) return *own;
   std::string missing;
   for (const std::string_view key : kNeeded) {
-    if (find(fields, key) == nullptr) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", key);
+    if (find(table, key) == nullptr) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", key);
   }
   if (!missing.empty())
-    return wrong(where,
-                 fmt::format("the air of '{}' is not known: give model = \"earth\" or \"mars\", or all of its own "
-                             "(missing: {})",
-                             body.name, missing));
+    complain(table.where,
+             fmt::format("the air of '{}' is not known: give model = \"earth\" or \"mars\", or all of its own "
+                         "(missing: {})",
+                         body.name, missing));
   return Atmosphere{};
 }
 
 }  // namespace
 
-io::Result<Air> readAir(std::span<const EntryField> fields, const std::string& where, const geo::Body& body) {
-  Air air{.enabled = true, .atmosphere = {}, .exposure_stops = {}};
-  if (const EntryField* field = find(fields, "enabled")) {
-    const auto* value = std::get_if<bool>(&field->value);
-    if (value == nullptr) return wrong(field->where, "'enabled' must be true or false");
-    air.enabled = *value;
-  }
-  const auto model = modelFor(fields, where, body);
-  if (!model) return tl::unexpected(model.error());
-  air.atmosphere = *model;
-  for (const EntryField& field : fields) {
-    if (field.key == "enabled" || field.key == "model") continue;
-    if (const auto read = readField(field, air); !read) return tl::unexpected(read.error());
+Air readAir(const Entry& table, const geo::Body& body) {
+  Air air{.enabled = booleanAt(table, "enabled", true), .atmosphere = modelFor(table, body), .exposure_stops = {}};
+  for (const Entry& field : table.parts) {
+    if (field.key != "enabled" && field.key != "model") readField(field, air);
   }
   const double radius_m = body.ellipsoid.meanRadius_m();
   const Atmosphere& a = air.atmosphere;
   if (a.top_m > radius_m || a.bottom_m < -0.5 * radius_m)
-    return wrong(where,
-                 fmt::format("the air reaches from {} m to {} m; around a body of {:.0f} m it may reach from half "
-                             "of that below height 0 to as much above it: give top_m and bottom_m",
-                             a.bottom_m, a.top_m, radius_m));
+    complain(table.where,
+             fmt::format("the air reaches from {} m to {} m; around a body of {:.0f} m it may reach from half "
+                         "of that below height 0 to as much above it: give top_m and bottom_m",
+                         a.bottom_m, a.top_m, radius_m));
   if (const double least_m = -a.bottom_m / kMostScales; std::min(a.gasHeight_m, a.aerosolHeight_m) < least_m)
-    return wrong(where, fmt::format("air from {} m on needs gas_height_m and aerosol_height_m of {:.0f} m or more: "
-                                    "raise these, or bottom_m",
-                                    a.bottom_m, std::ceil(least_m)));
+    complain(table.where, fmt::format("air from {} m on needs gas_height_m and aerosol_height_m of {:.0f} m or more: "
+                                      "raise these, or bottom_m",
+                                      a.bottom_m, std::ceil(least_m)));
   return air;
 }
 
