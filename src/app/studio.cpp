@@ -278,7 +278,7 @@ io::Result<std::unique_ptr<scene::Globe>> openGlobe(const scene::Scene& scene, c
 }
 
 io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop) {
-  const auto scene = scene::openScene(arguments.scene, arguments.settings);
+  const auto scene = scene::openScene(arguments.scene, arguments.settings, arguments.globe().online);
   if (!scene) return tl::unexpected(scene.error());
   auto globe = openGlobe(*scene, arguments, stop);
   if (!globe) return tl::unexpected(globe.error());

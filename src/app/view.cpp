@@ -36,7 +36,7 @@ ViewQuality qualityFrom(const PictureArguments& picture) {
 }
 
 io::Result<void> view(const ViewArguments& arguments) {
-  const auto scene = scene::openScene(arguments.picture.scene, arguments.picture.settings);
+  const auto scene = scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
   if (!scene) return tl::unexpected(scene.error());
   auto window = ViewWindow::open(titleOf(scene->name), arguments.picture.viewport());
   if (!window) return tl::unexpected(window.error());

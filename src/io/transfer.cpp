@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "io/s3_address.h"
 #include "io/url_secrets.h"
 
 namespace tellurion::io {
@@ -19,6 +20,10 @@ constexpr long kMostRedirects = 5;
 constexpr std::uint64_t kMostHeaderBytes = 256 << 10;
 // Slower than this for the time of a stall is a stall.
 constexpr long kStalled_bytesPerSecond = 256;
+
+// What S3 wants to be told of a request's body, which is signed with it: SHA-256 of nothing.
+constexpr const char* kNoBody =
+    "x-amz-content-sha256: e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
 
 std::string sizeText(std::uint64_t bytes) {
   return bytes >= 1 << 20 ? fmt::format("{} MiB", bytes >> 20) : fmt::format("{} bytes", bytes);
@@ -117,7 +122,9 @@ Transfer::~Transfer() {
 
 void Transfer::configure() {
   CURL* const easy = handle_;
-  curl_easy_setopt(easy, CURLOPT_URL, request_.url.c_str());
+  // One that cannot be asked for has no host, and so never comes here.
+  const HttpAddress address = httpAddress(request_.url).value_or(HttpAddress{});
+  curl_easy_setopt(easy, CURLOPT_URL, address.url.c_str());
   curl_easy_setopt(easy, CURLOPT_USERAGENT, "Tellurion/0.1");
   curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
   // A slow name server must not hold up the thread of all transfers when one of them is given up.
@@ -128,7 +135,7 @@ void Transfer::configure() {
   curl_easy_setopt(easy, CURLOPT_MAXREDIRS, kMostRedirects);
   curl_easy_setopt(easy, CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_2TLS));
   // Wait for a connection that can carry many requests, but only where there may be one.
-  curl_easy_setopt(easy, CURLOPT_PIPEWAIT, request_.url.starts_with("https") ? 1L : 0L);
+  curl_easy_setopt(easy, CURLOPT_PIPEWAIT, address.url.starts_with("https") ? 1L : 0L);
   if (!request_.authorities.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, request_.authorities.c_str());
   curl_easy_setopt(easy, CURLOPT_ACCEPT_ENCODING, "");
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, std::lround(request_.connectTimeout_s * 1000.0));
@@ -143,6 +150,14 @@ void Transfer::configure() {
   if (!request_.etag.empty()) lines = curl_slist_append(lines, ("If-None-Match: " + request_.etag).c_str());
   if (!request_.lastModified.empty())
     lines = curl_slist_append(lines, ("If-Modified-Since: " + request_.lastModified).c_str());
+  if (!address.credentials.empty()) {
+    // Never to another host that the server redirects to: libcurl keeps names and passwords to the first.
+    curl_easy_setopt(easy, CURLOPT_AWS_SIGV4, address.signature.c_str());
+    curl_easy_setopt(easy, CURLOPT_USERPWD, address.credentials.c_str());
+    lines = curl_slist_append(lines, kNoBody);
+    if (!address.sessionToken.empty())
+      lines = curl_slist_append(lines, ("x-amz-security-token: " + address.sessionToken).c_str());
+  }
   curl_easy_setopt(easy, CURLOPT_HTTPHEADER, lines);
   lines_ = lines;
 }
@@ -213,8 +228,10 @@ Result<std::string> hostOf(const std::string& url) {
                 fmt::format("a URL of {} bytes; at most {} are asked for", url.size(), kLongestUrl),
                 url.substr(0, url.find('?')).substr(0, 200));
   }
+  const auto address = httpAddress(url);
+  if (!address) return tl::unexpected(address.error());
   const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parsed(curl_url(), &curl_url_cleanup);
-  const CURLUcode code = curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0);
+  const CURLUcode code = curl_url_set(parsed.get(), CURLUPART_URL, address->url.c_str(), 0);
   if (code != CURLUE_OK)
     return fail(Failure::Code::invalidArgument, fmt::format("not a URL ({})", curl_url_strerror(code)), url);
   const auto part = [&](CURLUPart which) {
@@ -226,7 +243,7 @@ Result<std::string> hostOf(const std::string& url) {
   };
   const std::string scheme = part(CURLUPART_SCHEME);
   if (scheme != "http" && scheme != "https")
-    return fail(Failure::Code::invalidArgument, "only http, https and file addresses can be asked for", url);
+    return fail(Failure::Code::invalidArgument, "only http, https, s3 and file addresses can be asked for", url);
   return fmt::format("{}://{}:{}", scheme, part(CURLUPART_HOST), part(CURLUPART_PORT));
 }
 

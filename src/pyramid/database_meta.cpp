@@ -17,26 +17,19 @@ using Code = io::Failure::Code;
 
 constexpr std::int64_t kMostSources = 1'000'000;
 
-/// The table of names and values, read whole.
-struct MetaTable {
-  std::string where;
-  std::map<std::string, std::string, std::less<>> texts;
-  std::map<std::string, double, std::less<>> numbers;
+io::Result<std::string> textIn(const MetaTable& table, std::string_view key) {
+  const auto found = table.texts.find(key);
+  if (found != table.texts.end()) return found->second;
+  return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a text '{}'", key), table.where);
+}
 
-  io::Result<std::string> text(std::string_view key) const {
-    const auto found = texts.find(key);
-    if (found != texts.end()) return found->second;
-    return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a text '{}'", key), where);
-  }
-  io::Result<double> number(std::string_view key, double low, double high) const {
-    const auto found = numbers.find(key);
-    if (found == numbers.end()) {
-      return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a number '{}'", key), where);
-    }
-    if (found->second >= low && found->second <= high) return found->second;
-    return io::fail(Code::corrupt, fmt::format("'{}' in the table 'meta' is out of its range", key), where);
-  }
-};
+io::Result<double> numberIn(const MetaTable& table, std::string_view key, double low, double high) {
+  const auto found = table.numbers.find(key);
+  if (found == table.numbers.end())
+    return io::fail(Code::corrupt, fmt::format("the table 'meta' lacks a number '{}'", key), table.where);
+  if (found->second >= low && found->second <= high) return found->second;
+  return io::fail(Code::corrupt, fmt::format("'{}' in the table 'meta' is out of its range", key), table.where);
+}
 
 io::Result<MetaTable> readTable(const io::SqliteConnection& connection) {
   MetaTable table{.where = connection.path(), .texts = {}, .numbers = {}};
@@ -69,8 +62,8 @@ io::Result<std::vector<std::string>> readSources(const io::SqliteConnection& con
 constexpr int kMostElevationCells = 128;  ///< what a terrain mesh is made of
 
 io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
-  const auto kindName = table.text("kind");
-  const auto schemeName = table.text("tiling");
+  const auto kindName = textIn(table, "kind");
+  const auto schemeName = textIn(table, "tiling");
   if (!kindName) return tl::unexpected(kindName.error());
   if (!schemeName) return tl::unexpected(schemeName.error());
   const auto kind = raster::kindByName(*kindName);
@@ -79,8 +72,8 @@ io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
   if (!scheme) return io::fail(Code::corrupt, "unknown tiling", table.where);
   meta.kind = *kind;
   meta.scheme = *scheme;
-  const auto cells = table.number("tile_cells", 4, 1024);
-  const auto maxLevel = table.number("max_level", 0, tiling::kMaxLevel);
+  const auto cells = numberIn(table, "tile_cells", 4, 1024);
+  const auto maxLevel = numberIn(table, "max_level", 0, tiling::kMaxLevel);
   if (!cells) return tl::unexpected(cells.error());
   if (!maxLevel) return tl::unexpected(maxLevel.error());
   meta.tileCells = static_cast<int>(*cells);
@@ -98,7 +91,7 @@ io::Result<void> parseShape(const MetaTable& table, DatabaseMeta& meta) {
 }
 
 io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
-  const auto name = table.text("body_name");
+  const auto name = textIn(table, "body_name");
   if (!name) return tl::unexpected(name.error());
   constexpr std::array<std::string_view, 7> kKeys = {"body_semi_major_axis_m", "body_flattening", "south_degrees",
                                                      "west_degrees",           "north_degrees",   "width_degrees",
@@ -107,7 +100,7 @@ io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
   constexpr std::array<double, 7> kHigh = {1e12, 0.99, 90.0, 180.0, 90.0, 360.0, 1e9};
   std::array<double, 7> values{};
   for (std::size_t i = 0; i < kKeys.size(); ++i) {
-    const auto value = table.number(kKeys[i], kLow[i], kHigh[i]);
+    const auto value = numberIn(table, kKeys[i], kLow[i], kHigh[i]);
     if (!value) return tl::unexpected(value.error());
     values[i] = *value;
   }
@@ -123,8 +116,8 @@ io::Result<void> parsePlace(const MetaTable& table, DatabaseMeta& meta) {
 /// Files of before voids were filled do not tell.
 io::Result<void> parseFill(const MetaTable& table, DatabaseMeta& meta) {
   if (!table.numbers.contains("fill_voids_m")) return {};
-  const auto limit = table.number("fill_voids_m", 0.0, kFillWithoutLimit_m);
-  const auto from = table.number("fill_from_level", 0, tiling::kMaxLevel);
+  const auto limit = numberIn(table, "fill_voids_m", 0.0, kFillWithoutLimit_m);
+  const auto from = numberIn(table, "fill_from_level", 0, tiling::kMaxLevel);
   if (!limit) return tl::unexpected(limit.error());
   if (!from) return tl::unexpected(from.error());
   meta.fillVoids_m = *limit;
@@ -134,33 +127,11 @@ io::Result<void> parseFill(const MetaTable& table, DatabaseMeta& meta) {
 
 io::Result<void> parseMaxError(const MetaTable& table, DatabaseMeta& meta) {
   if (!table.numbers.contains("max_error_m")) return {};
-  const auto error = table.number("max_error_m", 0.0, kMostMaxError_m);
+  const auto error = numberIn(table, "max_error_m", 0.0, kMostMaxError_m);
   if (!error) return tl::unexpected(error.error());
   meta.maxError_m = *error;
   return {};
 }
-
-/// Stops at the first failure and keeps it.
-class MetaWriter {
- public:
-  explicit MetaWriter(const io::SqliteConnection& connection)
-      : statement_(
-            connection.prepare("INSERT INTO meta VALUES (?, ?) ON CONFLICT DO UPDATE SET value = excluded.value")) {}
-  template <class T>
-  void put(std::string_view key, T value) {
-    if (!statement_ || !result_) return;
-    statement_->bind(1, key).bind(2, value);
-    result_ = statement_->run();
-  }
-  io::Result<void> result() const {
-    if (!statement_) return tl::unexpected(statement_.error());
-    return result_;
-  }
-
- private:
-  io::Result<io::SqliteStatement> statement_;
-  io::Result<void> result_;
-};
 
 io::Result<void> writeSources(const io::SqliteConnection& connection, const std::vector<std::string>& sources) {
   auto insert = connection.prepare("INSERT OR IGNORE INTO sources VALUES (?, ?)");
@@ -180,17 +151,46 @@ std::int64_t formatVersionOf(tiling::Scheme scheme) {
   return scheme == tiling::Scheme::geographic ? 2 : 1;
 }
 
+std::vector<std::pair<std::string_view, MetaValue>> valuesForReading(const DatabaseMeta& meta) {
+  std::vector<std::pair<std::string_view, MetaValue>> values{
+      {"kind", std::string(raster::nameOf(meta.kind))},
+      {"tiling", std::string(tiling::nameOf(meta.scheme))},
+      {"body_name", meta.body.name},
+      {"body_semi_major_axis_m", meta.body.ellipsoid.semiMajorAxis_m()},
+      {"body_flattening", meta.body.ellipsoid.flattening()},
+      {"tile_cells", std::int64_t{meta.tileCells}},
+      {"max_level", std::int64_t{meta.maxLevel}},
+      {"south_degrees", meta.bounds.south.degrees()},
+      {"west_degrees", meta.bounds.west.degrees()},
+      {"north_degrees", meta.bounds.north.degrees()},
+      {"width_degrees", meta.bounds.width.degrees()},
+      {"height_step_m", meta.heightStep_m}};
+  if (meta.kind == raster::Kind::elevation) {
+    values.emplace_back("fill_voids_m", meta.fillVoids_m);
+    values.emplace_back("fill_from_level", std::int64_t{meta.fillFromLevel});
+    if (meta.maxError_m > 0.0) values.emplace_back("max_error_m", meta.maxError_m);
+  }
+  return values;
+}
+
+io::Result<DatabaseMeta> metaForReading(const MetaTable& table) {
+  DatabaseMeta meta;
+  if (auto ok = parseShape(table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parsePlace(table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parseFill(table, meta); !ok) return tl::unexpected(ok.error());
+  if (auto ok = parseMaxError(table, meta); !ok) return tl::unexpected(ok.error());
+  return meta;
+}
+
 io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   const auto table = readTable(connection);
   if (!table) return tl::unexpected(table.error());
-  DatabaseMeta meta;
-  if (auto ok = parseShape(*table, meta); !ok) return tl::unexpected(ok.error());
-  if (auto ok = parsePlace(*table, meta); !ok) return tl::unexpected(ok.error());
-  if (auto ok = parseFill(*table, meta); !ok) return tl::unexpected(ok.error());
-  if (auto ok = parseMaxError(*table, meta); !ok) return tl::unexpected(ok.error());
-  const auto complete = table->number("complete", 0, 1);
-  const auto buildKey = table->text("build_key");
-  const auto requestKey = table->text("request_key");
+  auto read = metaForReading(*table);
+  if (!read) return read;
+  DatabaseMeta& meta = *read;
+  const auto complete = numberIn(*table, "complete", 0, 1);
+  const auto buildKey = textIn(*table, "build_key");
+  const auto requestKey = textIn(*table, "request_key");
   auto sources = readSources(connection);
   if (!complete) return tl::unexpected(complete.error());
   if (!buildKey) return tl::unexpected(buildKey.error());
@@ -200,32 +200,21 @@ io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   meta.buildKey = *buildKey;
   meta.requestKey = *requestKey;
   meta.sources = std::move(*sources);
-  return meta;
+  return read;
 }
 
 io::Result<void> writeMeta(const io::SqliteConnection& connection, const DatabaseMeta& meta) {
-  MetaWriter writer(connection);
-  writer.put("kind", raster::nameOf(meta.kind));
-  writer.put("tiling", tiling::nameOf(meta.scheme));
-  writer.put("body_name", std::string_view(meta.body.name));
-  writer.put("body_semi_major_axis_m", meta.body.ellipsoid.semiMajorAxis_m());
-  writer.put("body_flattening", meta.body.ellipsoid.flattening());
-  writer.put("tile_cells", std::int64_t{meta.tileCells});
-  writer.put("max_level", std::int64_t{meta.maxLevel});
-  writer.put("south_degrees", meta.bounds.south.degrees());
-  writer.put("west_degrees", meta.bounds.west.degrees());
-  writer.put("north_degrees", meta.bounds.north.degrees());
-  writer.put("width_degrees", meta.bounds.width.degrees());
-  writer.put("height_step_m", meta.heightStep_m);
-  if (meta.kind == raster::Kind::elevation) {
-    writer.put("fill_voids_m", meta.fillVoids_m);
-    writer.put("fill_from_level", std::int64_t{meta.fillFromLevel});
-    if (meta.maxError_m > 0.0) writer.put("max_error_m", meta.maxError_m);
+  auto values = valuesForReading(meta);
+  values.emplace_back("complete", std::int64_t{meta.complete ? 1 : 0});
+  values.emplace_back("build_key", meta.buildKey);
+  values.emplace_back("request_key", meta.requestKey);
+  auto put = connection.prepare("INSERT INTO meta VALUES (?, ?) ON CONFLICT DO UPDATE SET value = excluded.value");
+  if (!put) return tl::unexpected(put.error());
+  for (const auto& [key, value] : values) {
+    put->bind(1, key);
+    std::visit([&](const auto& typed) { put->bind(2, typed); }, value);
+    if (auto ok = put->run(); !ok) return ok;
   }
-  writer.put("complete", std::int64_t{meta.complete ? 1 : 0});
-  writer.put("build_key", std::string_view(meta.buildKey));
-  writer.put("request_key", std::string_view(meta.requestKey));
-  if (auto ok = writer.result(); !ok) return ok;
   return writeSources(connection, meta.sources);
 }
 

@@ -1,7 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "io/sqlite.h"
@@ -31,6 +36,18 @@ struct DatabaseMeta {
   std::string requestKey;  ///< the last request alone, whatever was in the file before it
   std::vector<std::string> sources;
 };
+
+/// Names and values, read whole; where: for messages.
+struct MetaTable {
+  std::string where;
+  std::map<std::string, std::string, std::less<>> texts;
+  std::map<std::string, double, std::less<>> numbers;
+};
+using MetaValue = std::variant<std::string, std::int64_t, double>;
+/// What tells how tiles are to be read: all but the keys, the sources and whether the file is complete.
+std::vector<std::pair<std::string_view, MetaValue>> valuesForReading(const DatabaseMeta& meta);
+/// The same from such values. Fails on what is missing or out of its range, and names it.
+io::Result<DatabaseMeta> metaForReading(const MetaTable& table);
 
 /// The tables `meta` and `sources`. Fails on what is missing or out of its range, and names it.
 io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection);

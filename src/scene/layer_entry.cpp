@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <system_error>
+
 namespace tellurion::scene {
 
 namespace fs = std::filesystem;
 
 bool isServiceUrl(std::string_view text) {
-  return text.starts_with("http://") || text.starts_with("https://") || text.starts_with("file://");
+  return text.starts_with("http://") || text.starts_with("https://") || text.starts_with("s3://") ||
+         text.starts_with("file://");
 }
 
 SourceKind sourceKindOf(const std::string& source) {

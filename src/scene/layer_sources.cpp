@@ -17,6 +17,7 @@
 #include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
+#include "pyramid/remote_database.h"
 #include "raster/grid_tile_source.h"
 #include "raster/image_catalogue.h"
 #include "raster/live_raster.h"
@@ -141,14 +142,6 @@ io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind,
   return openDatabase(options->output);
 }
 
-io::ResourceOptions withCacheFile(io::ResourceOptions options) {
-  if (!options.cacheFile.empty() || options.cacheBytes == 0) return options;
-  std::error_code error;
-  fs::create_directories(cacheFolder(), error);  // where that fails, the cache says so
-  options.cacheFile = cacheFolder() / "online.db";
-  return options;
-}
-
 /// What the services of a scene share.
 struct ServiceUse {
   std::shared_ptr<io::Resources> resources;
@@ -157,6 +150,10 @@ struct ServiceUse {
 
 LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind, const Scene& scene,
                           const ServiceUse& use) {
+  if (pyramid::isRemoteDatabase(service.source) && service.type.empty()) {
+    return {[url = service.source, resources = use.resources] { return pyramid::openRemoteDatabase(url, resources); },
+            raster::withoutSecrets(service.source)};
+  }
   const auto opening = [service, kind, body = scene.body, scheme = scene.tiling,
                         use]() -> io::Result<LayerSource::Pointer> {
     auto grid = kind == raster::Kind::elevation ? raster::openHeights(service, body, *use.resources)
@@ -239,6 +236,14 @@ fs::path cacheFolder() {
   if (const auto cache = variable("XDG_CACHE_HOME"); !cache.empty()) return fs::path(cache) / "tellurion";
   if (const auto home = variable("HOME"); !home.empty()) return fs::path(home) / ".cache" / "tellurion";
   return fs::temp_directory_path() / "tellurion";
+}
+
+io::ResourceOptions withCacheFile(io::ResourceOptions options) {
+  if (!options.cacheFile.empty() || options.cacheBytes == 0) return options;
+  std::error_code error;
+  fs::create_directories(cacheFolder(), error);  // where that fails, the cache says so
+  options.cacheFile = cacheFolder() / "online.db";
+  return options;
 }
 
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop,

@@ -19,11 +19,14 @@ inline constexpr double kWarningShare = -1.0;
 /// built, or waited for, gives Failure::Code::cancelled that names the raster; the next call goes on where it was.
 ///
 /// Rasters that are live, and catalogues, are opened as they are. Services are left to be opened (LayerSource::opening)
-/// with the resources that are made for all of them as `online` says; where it names no cache file, and has bytes for
-/// one, that is online.db in the cache folder. imageBytes: for decoded images of all services.
+/// with the resources that are made for all of them as `online` says (withCacheFile). imageBytes: for decoded images of
+/// all services.
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop = {},
                                    const io::ResourceOptions& online = {},
                                    std::uint64_t imageBytes = std::uint64_t{128} << 20);
+
+/// Where it names no cache file, and has bytes for one: online.db in the cache folder, which is made.
+io::ResourceOptions withCacheFile(io::ResourceOptions options);
 
 /// Whether a source is a tile database, finished or not: by its name, else by its first bytes.
 bool isTileDatabase(const std::string& path);

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <sstream>
 
 #include "pyramid/pyramid_reader.h"
+#include "pyramid/remote_database.h"
 #include "raster/raster_file.h"
 #include "raster/raster_kind.h"
 #include "raster/service_url.h"
@@ -41,7 +44,17 @@ struct SourceFacts {
   std::optional<tiling::Scheme> tiling;  ///< nothing: any (a raster)
 };
 
-io::Result<SourceFacts> factsOf(const std::string& path) {
+io::Result<SourceFacts> remoteFacts(const std::string& url, const io::ResourceOptions& online) {
+  const auto resources = std::make_shared<io::Resources>(withCacheFile(online));
+  const auto source = pyramid::openRemoteDatabase(url, resources);
+  if (!source)
+    return io::fail(source.error().code, source.error().message, raster::withoutSecrets(source.error().where));
+  const raster::TileSourceInfo& info = (*source)->info();
+  return SourceFacts{.path = url, .kind = info.kind, .body = info.body, .tiling = info.scheme};
+}
+
+io::Result<SourceFacts> factsOf(const std::string& path, const io::ResourceOptions& online) {
+  if (pyramid::isRemoteDatabase(path)) return remoteFacts(path, online);
   if (isTileDatabase(path)) {
     const auto reader = pyramid::PyramidReader::open(path);
     if (!reader) return tl::unexpected(reader.error());
@@ -77,13 +90,13 @@ io::Result<void> settle(const std::vector<SourceFacts>& layers, Scene& scene) {
     if (body && layer.body && !(layer.body->ellipsoid == body->ellipsoid)) {
       return io::fail(Code::invalidArgument,
                       fmt::format("is of the body {}, the layers before it of {}", layer.body->name, body->name),
-                      layer.path);
+                      raster::withoutSecrets(layer.path));
     }
     if (scheme && layer.tiling && *layer.tiling != *scheme) {
       return io::fail(Code::invalidArgument,
                       fmt::format("is tiled as {}, the layers before it as {}; build it again with --tiling {}",
                                   tiling::nameOf(*layer.tiling), tiling::nameOf(*scheme), tiling::nameOf(*scheme)),
-                      layer.path);
+                      raster::withoutSecrets(layer.path));
     }
     if (!body) body = layer.body;
     if (!scheme) scheme = layer.tiling;
@@ -117,9 +130,11 @@ io::Result<Scene> withSettings(Scene scene, std::span<const std::string> setting
 
 }  // namespace
 
-io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings) {
+io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings,
+                            const io::ResourceOptions& online) {
   if (argument.empty()) return io::fail(Code::invalidArgument, "the scene has no name");
-  if (isServiceUrl(argument)) return withSettings(sceneOf(serviceFromUrl(argument)), settings);
+  const bool areDatabases = std::ranges::all_of(splitAtCommas(argument), pyramid::isRemoteDatabase);
+  if (isServiceUrl(argument) && !areDatabases) return withSettings(sceneOf(serviceFromUrl(argument)), settings);
   if (argument.ends_with(".toml")) return readSceneFile(std::string(argument), settings);
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);
@@ -129,18 +144,21 @@ io::Result<Scene> openScene(std::string_view argument, std::span<const std::stri
       return io::fail(Code::invalidArgument, "a name is missing before or after a comma; add it, or take the comma out",
                       std::string(argument));
     }
-    auto facts = factsOf(path);
+    auto facts = factsOf(path, online);
     if (!facts) return tl::unexpected(std::move(facts.error()));
     layers.push_back(std::move(*facts));
   }
-  Scene scene{.name = std::string(argument)};
+  Scene scene{.name = raster::withoutSecrets(argument)};
   const auto settled = settle(layers, scene);
   if (!settled) return tl::unexpected(settled.error());
   for (const SourceFacts& layer : layers) {
+    const bool isRemote = pyramid::isRemoteDatabase(layer.path);
+    const SourceKind from = isRemote ? SourceKind::service : SourceKind::file;
+    const raster::ServiceLayer service{.source = isRemote ? layer.path : std::string()};
     if (layer.kind == raster::Kind::elevation) {
-      scene.elevation.push_back({.source = layer.path});
+      scene.elevation.push_back({.source = layer.path, .from = from, .service = service});
     } else {
-      scene.imagery.push_back({.name = {}, .source = layer.path, .alsoFrom = {}, .look = {}});
+      scene.imagery.push_back({.source = layer.path, .from = from, .service = service});
     }
   }
   return withSettings(std::move(scene), settings);

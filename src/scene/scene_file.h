@@ -10,6 +10,7 @@
 #include "geo/body.h"
 #include "geo/geodetic.h"
 #include "io/failure.h"
+#include "io/resources.h"
 #include "raster/height_colours.h"
 #include "raster/service.h"
 #include "scene/atmosphere.h"
@@ -95,11 +96,13 @@ struct Scene {
 
 /// Reads a scene from what people hand in: a scene file (.toml), a tile database (.tdb), a raster that GDAL reads, or
 /// several of the last two joined by commas, bottom first; or of the URL of a service, "URL" or "URL#LAYER", which is
-/// imagery on Earth. Fails on unknown keys, wrong types and values (where:
+/// imagery on Earth. The URL of a tile database (pyramid/remote_database.h), or several, are asked what they are, as
+/// `online` says, and waited for. Fails on unknown keys, wrong types and values (where:
 /// file:line:column, the message says what is allowed), on files that are not there, and on databases that do not agree
 /// on body and tiling. settings: values in place of what the scene file says, KEY=VALUE each (docs/scene-file.md); for
 /// all else the layers count as the lists of a scene file.
-io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings = {});
+io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings = {},
+                            const io::ResourceOptions& online = {});
 
 /// The text of a scene file; `path` names it in failures and is what relative sources are relative to. base: what keys
 /// that are left out mean.

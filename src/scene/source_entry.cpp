@@ -7,6 +7,7 @@
 #include <optional>
 #include <system_error>
 
+#include "pyramid/remote_database.h"
 #include "raster/service_url.h"
 #include "scene/layer_entry.h"
 
@@ -140,13 +141,18 @@ LayerSourceEntry readSource(const Entry& layer, std::string_view kind, bool mayB
   const std::string type = textAt(layer, "type").value_or("");
   out.from = kindOfSource(layer, type, out.source);
   if (isList && entry->parts.size() > 1) readFurther(entry->parts, kind, type, folder, out);
-  if (out.from == SourceKind::service) {
+  const bool isDatabase = type.empty() && pyramid::isRemoteDatabase(out.source);
+  if (out.from == SourceKind::service && !isDatabase) {
     out.service = service(layer, out.source, type);
     return out;
   }
   for (const Entry& field : layer.parts) {
     if (std::ranges::find(kServiceKeys, field.key) != kServiceKeys.end())
       complain(field.keyWhere, fmt::format("'{}' is for layers of services; say which with type", field.key));
+  }
+  if (isDatabase) {
+    out.service.source = out.source;
+    return out;
   }
   if (isServiceUrl(out.source))
     complain(entry->where,
