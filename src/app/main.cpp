@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
   tellurion::app::addBuild(program);
   tellurion::app::addInfo(program);
   tellurion::app::addVerify(program);
+  tellurion::app::addExport(program);
   tellurion::app::addQuery(program);
   tellurion::app::addRender(program);
   tellurion::app::addFly(program);

@@ -15,5 +15,6 @@ void addFly(CLI::App& program);
 void addBench(CLI::App& program);
 void addView(CLI::App& program);
 void addSources(CLI::App& program);
+void addExport(CLI::App& program);
 
 }  // namespace tellurion::app

@@ -39,6 +39,8 @@ constexpr std::array kDrivers{
 constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGeobuf", "KML"};
 /// For images in memory: these read what they are given and nothing else.
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
+/// These open nothing: they write.
+constexpr std::array kWritingDrivers{"COG"};
 /// Drivers above decode into it.
 constexpr std::string_view kMemoryDriver = "MEM";
 constexpr std::string_view kVirtualDriver = "VRT";
@@ -57,7 +59,8 @@ void forgetOtherDrivers() {
     const GDALDriverH driver = GDALGetDriver(i);
     const std::string_view name = GDALGetDriverShortName(driver);
     const bool isForVectors = std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end();
-    if (name == kMemoryDriver || isAllowed(name) || isForVectors) continue;
+    const bool isForWriting = std::ranges::find(kWritingDrivers, name) != kWritingDrivers.end();
+    if (name == kMemoryDriver || isAllowed(name) || isForVectors || isForWriting) continue;
     if (name == kVirtualDriver) {
       GDALDriver& virtualRasters = *GDALDriver::FromHandle(driver);
       openVirtual = std::exchange(virtualRasters.pfnOpen, nullptr);

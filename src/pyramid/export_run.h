@@ -1,0 +1,64 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <stop_token>
+#include <thread>
+
+#include "pyramid/export.h"
+#include "pyramid/export_place.h"
+#include "pyramid/export_samples.h"
+#include "pyramid/ordered_work.h"
+
+namespace tellurion::pyramid {
+
+/// What every kind of export works with. One thread only.
+struct ExportRun {
+  const ExportOptions& options;
+  const ExportSamples& samples;
+  const ExportProgressSink& progress;
+  std::stop_token stop;
+
+  int jobs() const {
+    return options.jobs > 0 ? options.jobs : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  }
+  /// Pieces of work that may wait at a time: what bounds memory.
+  std::size_t window() const { return 2 * static_cast<std::size_t>(jobs()) + 2; }
+  io::Failure stopped() const {
+    return {io::Failure::Code::cancelled, "stopped; nothing was written", options.output.string()};
+  }
+};
+
+/// A raster in longitude and latitude: GeoTIFF, COG, GeoPackage.
+io::Result<ExportReport> exportRaster(const ExportRun& run, ExportPlace& place);
+
+/// A set of map tiles: MBTiles, XYZ.
+io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place);
+
+/// How work on many pieces goes on: next(work) hands in the next piece and says whether there was one, take(result)
+/// takes what came out, in order.
+template <class Result, class Next, class Take>
+io::Result<void> inOrder(const ExportRun& run, std::uint64_t total, const Next& next, const Take& take) {
+  constexpr std::chrono::milliseconds kReportInterval{100};
+  auto lastReport = std::chrono::steady_clock::now() - kReportInterval;
+  OrderedWork<Result> work(run.jobs(), run.window());
+  std::uint64_t done = 0;
+  bool isExhausted = false;
+  while (!isExhausted || !work.isEmpty()) {
+    if (run.stop.stop_requested()) return tl::unexpected(run.stopped());
+    if (!isExhausted && !work.isFull()) {
+      isExhausted = !next(work);
+      continue;
+    }
+    if (auto ok = take(work.pop()); !ok) return ok;
+    ++done;
+    const auto now = std::chrono::steady_clock::now();
+    if (!run.progress || now - lastReport < kReportInterval) continue;
+    lastReport = now;
+    run.progress({.done = done, .total = std::max(total, done)});
+  }
+  return {};
+}
+
+}  // namespace tellurion::pyramid

@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "pyramid/export_run.h"
+#include "pyramid/tile_set.h"
+
+namespace tellurion::pyramid {
+namespace {
+
+using Code = io::Failure::Code;
+
+struct MadeTile {
+  MapTile tile;
+  std::vector<std::byte> bytes;  ///< empty: nothing is covered
+};
+
+io::Result<MadeTile> made(const ExportRun& run, MapScheme scheme, const MapTile& tile) {
+  const auto pixels = run.samples.colours(pixelsOf(scheme, tile), run.samples.info().maxLevel);
+  if (!pixels) return tl::unexpected(pixels.error());
+  const bool isEmpty = std::ranges::all_of(pixels->samples, [](const raster::Rgba8& p) { return p.a == 0; });
+  if (isEmpty) return MadeTile{.tile = tile, .bytes = {}};
+  auto bytes = raster::encodeImage(*pixels, run.options.pixels, run.options.quality);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return MadeTile{.tile = tile, .bytes = std::move(*bytes)};
+}
+
+io::Result<MapExtent> extentOf(const ExportRun& run) {
+  auto covered = run.samples.coverage();
+  if (!covered) return tl::unexpected(covered.error());
+  const bool isMbtiles = run.options.format == ExportFormat::mbtiles;
+  const raster::TileSourceInfo& info = run.samples.info();
+  MapExtent extent;
+  extent.scheme = isMbtiles ? MapScheme::mercator : run.options.scheme;
+  extent.maxZoom = run.options.maxLevel.value_or(zoomFor(extent.scheme, run.samples.spacing_degrees(info.maxLevel)));
+  extent.minZoom = run.options.minLevel.value_or(0);
+  extent.covered = std::move(*covered);
+  extent.region = run.options.region;
+  if (extent.minZoom <= extent.maxZoom) return extent;
+  return io::fail(Code::invalidArgument,
+                  fmt::format("pixels of zoom {} are as fine as the database already; for finer ones give the last "
+                              "zoom too",
+                              extent.maxZoom),
+                  info.name);
+}
+
+}  // namespace
+
+io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
+  const auto extent = extentOf(run);
+  if (!extent) return tl::unexpected(extent.error());
+  const bool isMbtiles = run.options.format == ExportFormat::mbtiles;
+  const std::filesystem::path path = place.inside(isMbtiles ? "tiles.mbtiles" : "tiles");
+  const TileSetFacts facts{.name = run.options.output.stem().string(),
+                           .scheme = extent->scheme,
+                           .format = run.options.pixels,
+                           .minZoom = extent->minZoom,
+                           .maxZoom = extent->maxZoom,
+                           .bounds = run.options.region.value_or(run.samples.info().bounds)};
+  ExportReport report{.minZoom = extent->minZoom, .maxZoom = extent->maxZoom};
+  {  // the set is closed before it is renamed
+    auto set = isMbtiles ? createMbtiles(path, facts) : createTileFolder(path, facts);
+    if (!set) return tl::unexpected(set.error());
+    MapWalk walk(*extent);
+    const auto next = [&](OrderedWork<io::Result<MadeTile>>& work) {
+      const auto step = walk.next();
+      if (!step) return false;
+      work.push([&run, scheme = extent->scheme, tile = step->tile] { return made(run, scheme, tile); });
+      return true;
+    };
+    const auto take = [&](const io::Result<MadeTile>& tile) -> io::Result<void> {
+      if (!tile) return tl::unexpected(tile.error());
+      if (tile->bytes.empty()) return {};
+      ++report.tiles;
+      return (*set)->put(tile->tile, tile->bytes);
+    };
+    if (auto ok = inOrder<io::Result<MadeTile>>(run, countOf(*extent), next, take); !ok)
+      return tl::unexpected(ok.error());
+    if (report.tiles == 0) {
+      return io::fail(Code::invalidArgument,
+                      "has no data there: nothing to export; 'tellurion info' tells where it has",
+                      run.samples.info().name);
+    }
+    if (auto ok = (*set)->finish(); !ok) return tl::unexpected(ok.error());
+  }
+  if (auto ok = place.publish(path); !ok) return tl::unexpected(ok.error());
+  return report;
+}
+
+}  // namespace tellurion::pyramid
