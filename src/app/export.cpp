@@ -9,6 +9,7 @@
 #include "app/progress.h"
 #include "app/region_option.h"
 #include "app/subcommands.h"
+#include "pyramid/tile_objects.h"
 
 namespace tellurion::app {
 namespace {
@@ -81,7 +82,23 @@ void report(const Arguments& arguments, const pyramid::ExportReport& report, dou
   fmt::print(stderr, "{}: {}, {:.1f} MiB, {:.1f} s\n", arguments.output, what, mebibytes, seconds);
 }
 
+/// Nothing is resampled: the tiles themselves, for a server.
+void runObjects(const Arguments& arguments) {
+  const bool asksForMore = !arguments.levels.empty() || !arguments.region.empty() || !arguments.pixels.empty();
+  if (asksForMore)
+    end(kWrongUse, "objects are the database's own tiles: --levels, --region and --tile-format mean nothing to them");
+  const InterruptStop interrupt;
+  ProgressLine line("exporting " + arguments.output);
+  const auto sink = [&](std::uint64_t done, std::uint64_t total) { line.show(done, total, "tiles"); };
+  const auto made = pyramid::exportObjects(arguments.input, arguments.output, sink, interrupt.token());
+  line.clear();
+  if (!made) end(kFailed, io::describe(made.error()));
+  fmt::print(stderr, "{}: {} tiles, {:.1f} MiB, revision {}; put the folder on a server or into a bucket as it is\n",
+             arguments.output, made->tiles, static_cast<double>(made->bytes) / (1 << 20), made->revision);
+}
+
 void run(const Arguments& arguments) {
+  if (arguments.format == "objects") return runObjects(arguments);
   const auto start = std::chrono::steady_clock::now();
   const pyramid::ExportOptions options = optionsFrom(arguments);
   const InterruptStop interrupt;
@@ -103,15 +120,17 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addExport(CLI::App& program) {
-  auto* command = program.add_subcommand("export", "Write a tile database in a format of others");
+  auto* command = program.add_subcommand("export", "Write a tile database in a format of others, or for a server");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("X.tdb", arguments->input, "The tile database")->required();
-  command->add_option("OUT", arguments->output, "The file, or for xyz the folder, to write")->required();
+  command->add_option("OUT", arguments->output, "The file, or for xyz and objects the folder, to write")->required();
   command
-      ->add_option("--format", arguments->format,
-                   "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles or xyz (a folder Z/X/Y of pictures); "
-                   "left out: what the name's ending says (.tif, .gpkg, .mbtiles)")
-      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz"}));
+      ->add_option(
+          "--format", arguments->format,
+          "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles, xyz (a folder Z/X/Y of pictures) or objects "
+          "(a folder to put on a web server or into a bucket, which scenes then name by its URL); left out: what the "
+          "name's ending says (.tif, .gpkg, .mbtiles)")
+      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz", "objects"}));
   command
       ->add_option("--levels", arguments->levels,
                    "mbtiles, xyz: MIN,MAX, the zooms to write (one number: from 0 to it); the others: the level of the "
@@ -148,7 +167,8 @@ void addExport(CLI::App& program) {
       "  tellurion export ground.tdb ground.tif\n"
       "  tellurion export colour.tdb alps.tif --format cog --tile-format jpeg --region 5,44,17,48\n"
       "  tellurion export colour.tdb map.mbtiles --levels 0,6 --tile-format jpeg\n"
-      "  tellurion export mars_colour.tdb tiles --format xyz --scheme geodetic");
+      "  tellurion export mars_colour.tdb tiles --format xyz --scheme geodetic\n"
+      "  tellurion export earth.tdb www/earth.tdb --format objects   (then: tellurion view https://HOST/earth.tdb)");
   command->callback([arguments] { run(*arguments); });
 }
 

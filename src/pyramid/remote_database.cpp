@@ -20,6 +20,8 @@ using Code = io::Failure::Code;
 
 /// Who prepared nothing waits so long for a server in trouble.
 constexpr double kPatience_s = 60.0;
+/// Contents are small, and whoever opens is told soon.
+constexpr double kOpeningPatience_s = 20.0;
 constexpr std::uint64_t kMostContents_bytes = std::uint64_t{256} << 20;
 constexpr std::uint64_t kMostObject_bytes = std::uint64_t{64} << 20;
 constexpr std::size_t kSweepAt = 256;
@@ -179,7 +181,7 @@ bool isRemoteDatabase(std::string_view url) {
 io::Result<std::shared_ptr<const raster::TileSource>> openRemoteDatabase(
     const std::string& url, const std::shared_ptr<io::Resources>& resources) {
   const io::ResourceRequest request = contentsRequest(url);
-  const auto came = resources->wait(request, kPatience_s);
+  const auto came = resources->wait(request, kOpeningPatience_s);
   if (!came) return tl::unexpected(came.error());
   if (!*came) {
     resources->forget(request);
