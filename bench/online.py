@@ -11,6 +11,7 @@ second, every other second of a flight. What is asked of each (docs/measurements
 """
 import csv
 import json
+import math
 import pathlib
 import shutil
 import signal
@@ -164,11 +165,12 @@ def seconds_until_final(program, work, name, words, path, since, final, limit):
 
 
 def line(program, work, asked, most=180, bits=2e6):
-    """A view out of nothing, and the same after a flight half around the Earth that the line cannot follow."""
-    flown = 15
+    """A view out of nothing, and the same after a minute's flight around the Earth, north and south, that the line cannot follow."""
+    flown = 60
     near = "45,10,2000000,0,-90,0"
     still = [(s, near) for s in (0, most)]
-    passing = [(s, near.replace(",10,", f",{10 - 12 * (flown - s)},", 1)) for s in range(flown)] + [(s + flown, near) for s in (0, most)]
+    way = [(s, 60 * math.sin(2 * math.pi * s / 12), (10 - 18 * (flown - s) + 180) % 360 - 180) for s in range(flown)]
+    passing = [(s, f"{lat:.3f},{lon},2000000,0,-90,0") for s, lat, lon in way] + [(s + flown, near) for s in (0, most)]
     with xyz(work, FINEST + 1) as files, online_world.FaultServer(proxy=files.url) as proxy:
         online_world.scene_file(work / "scene.toml", [entry_of(proxy, FINEST + 1)])
         out = work / "final.png"
