@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
+#include <vector>
 
 namespace tellurion::scene {
 namespace {
@@ -98,13 +100,6 @@ class TriangleError {
   double beyond_m_ = 0.0;  ///< by which ground leaves the corners' heights
 };
 
-double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& grid, double cellSide_m) {
-  double worst2 = 0.0;
-  for (const GridTriangle& t : triangles)
-    worst2 = std::max(worst2, TriangleError(grid, t, cellSide_m).worst2());
-  return std::sqrt(worst2);
-}
-
 /// The middle of a cell: where the ground is, bilinear in height.
 geo::Vec3 groundInCell(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
                        GridPoint cell) {
@@ -123,13 +118,52 @@ double level2(const SurfaceGrid& grid, GridPoint a, GridPoint b) {
   return geo::dot(way, way) - up * up;
 }
 
-/// How far the bilinear ground between four samples is from the triangles between them, at most, curvature included: at
+/// What the bilinear ground in each cell is off, at most.
+struct CellErrors {
+  int cells = 0;
+  std::vector<double> worst_m;  ///< row-major
+
+  double at(int col, int row) const {
+    return worst_m[static_cast<std::size_t>(row) * static_cast<std::size_t>(cells) + static_cast<std::size_t>(col)];
+  }
+  /// The largest of the cells that a triangle covers some of.
+  double under(const GridTriangle& t) const;
+};
+
+/// Whether the inside of a square of one cell and that of a triangle meet: no side of the triangle has all of the cell
+/// beyond it. (Cells beyond its outermost columns and rows are not asked for.)
+bool covers(const GridTriangle& t, std::int16_t col, std::int16_t row) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    int inmost = std::numeric_limits<int>::min();
+    for (std::int16_t q = 0; q < 4; ++q) {
+      const GridPoint corner{static_cast<std::int16_t>(col + (q & 1)), static_cast<std::int16_t>(row + (q >> 1))};
+      inmost = std::max(inmost, doubleArea(t[i], t[(i + 1) % 3], corner));
+    }
+    if (inmost <= 0) return false;
+  }
+  return true;
+}
+
+double CellErrors::under(const GridTriangle& t) const {
+  const auto [west, east] = std::minmax({t[0].col, t[1].col, t[2].col});
+  const auto [north, south] = std::minmax({t[0].row, t[1].row, t[2].row});
+  double worst = 0.0;
+  for (auto row = north; row < south; ++row) {
+    for (auto col = west; col < east; ++col) {
+      if (at(col, row) > worst && covers(t, col, row)) worst = at(col, row);
+    }
+  }
+  return worst;
+}
+
+/// How far the bilinear ground between four samples is from the triangles between them, at most, but for curvature: at
 /// the middle of the cell, against either diagonal. On the tile's diagonals, which no triangle crosses, against the
 /// diagonal itself: the map may have a crease there, and then so has the mesh. In a cliff that is far up or down, but
 /// both surfaces pass through every height between the corners' somewhere in the cell: no further aside than the cell
 /// is wide.
-double errorWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
-  double worst2 = 0.0;
+CellErrors errorsWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid) {
+  CellErrors errors{.cells = grid.cells, .worst_m = {}};
+  errors.worst_m.reserve(static_cast<std::size_t>(grid.cells) * static_cast<std::size_t>(grid.cells));
   const auto last = static_cast<std::int16_t>(grid.cells - 1);
   for (std::int16_t row = 0; row <= last; ++row) {
     for (std::int16_t col = 0; col <= last; ++col) {
@@ -142,11 +176,20 @@ double errorWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& elli
       if (row == last - col) off = rising - groundInCell(tiling, ellipsoid, grid, {col, row});
       const double aside2 =
           std::max(level2(grid, {col, row}, {right, below}), level2(grid, {col, below}, {right, row}));
-      worst2 = std::max(worst2, std::min(geo::dot(off, off), aside2));
+      errors.worst_m.push_back(std::sqrt(std::min(geo::dot(off, off), aside2)));
     }
   }
-  const double diagonal_m = std::sqrt(2.0) * cellSide_m(tiling, ellipsoid, grid);
-  return std::sqrt(worst2) + diagonal_m * diagonal_m / (8.0 * ellipsoid.semiMinorAxis_m());
+  return errors;
+}
+
+/// Of each triangle by itself: where it is far off the samples, and where ground between samples bends, are seldom one
+/// place.
+double errorOf(const std::vector<GridTriangle>& triangles, const SurfaceGrid& grid, const CellErrors& cells,
+               double cellSide_m) {
+  double worst = 0.0;
+  for (const GridTriangle& t : triangles)
+    worst = std::max(worst, std::sqrt(TriangleError(grid, t, cellSide_m).worst2()) + cells.under(t));
+  return worst;
 }
 
 }  // namespace
@@ -154,10 +197,11 @@ double errorWithinCells(const tiling::Tiling& tiling, const geo::Ellipsoid& elli
 double meshError_m(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const SurfaceGrid& grid,
                    const Triangulation& triangles) {
   const double side_m = cellSide_m(tiling, ellipsoid, grid);
-  double worst = errorOf(triangles.interior, grid, side_m);
+  const CellErrors cells = errorsWithinCells(tiling, ellipsoid, grid);
+  double worst = errorOf(triangles.interior, grid, cells, side_m);
   for (const auto& strip : triangles.fine)
-    worst = std::max(worst, errorOf(strip, grid, side_m));
-  return worst + errorWithinCells(tiling, ellipsoid, grid);
+    worst = std::max(worst, errorOf(strip, grid, cells, side_m));
+  return worst + 2.0 * side_m * side_m / (8.0 * ellipsoid.semiMinorAxis_m());  // the sagitta of a cell's diagonal
 }
 
 }  // namespace tellurion::scene

@@ -70,26 +70,26 @@ std::vector<Drawn> readDrawn(std::istream& in, scene::Viewport size) {
   return all;
 }
 
-DistanceAlong surfaceOf(const std::string& path, double pixelAngle) {
+SeenAlong surfaceOf(const std::string& path, double pixelAngle) {
   if (!path.ends_with(".tdb")) {
     const auto raster = std::make_shared<SourceSurface>(std::vector{path}, geo::earth().ellipsoid);
-    return [=](const geo::Ray& ray) { return distanceFinelyAlong(*raster, ray, pixelAngle); };
+    return [=](const geo::Ray& ray) { return exactly(distanceFinelyAlong(*raster, ray, pixelAngle)); };
   }
   const auto database = pyramid::PyramidReader::open(path);
   if (!database) throw std::runtime_error(io::describe(database.error()));
   const auto finest = std::make_shared<FinestSurface>(**database);
-  return [=](const geo::Ray& ray) { return finest->distanceAlong(ray); };
+  return [=](const geo::Ray& ray) { return exactly(finest->distanceAlong(ray)); };
 }
 
 /// What each pixel is off, in pixels; negative where there is sky in the picture and in truth.
-std::vector<double> missesOf(const std::vector<Drawn>& drawn, const DistanceAlong& surface, const scene::View& view) {
+std::vector<double> missesOf(const std::vector<Drawn>& drawn, const SeenAlong& surface, const scene::View& view) {
   std::vector<double> misses(drawn.size());
   const auto some = [&](std::size_t first) {
     for (std::size_t i = first; i < drawn.size(); i += 2) {
       const scene::PixelPosition pixel{drawn[i].col + 0.5, drawn[i].row + 0.5};
-      const double centre_m = surface(scene::rayThrough(view, pixel));
-      const bool isSky = std::isnan(drawn[i].distance_m) && std::isnan(centre_m);
-      misses[i] = isSky ? -1.0 : missOf(surface, view, pixel, drawn[i].distance_m, centre_m, kMost_px);
+      const Seen centre = surface(scene::rayThrough(view, pixel));
+      const bool isSky = std::isnan(drawn[i].distance_m) && std::isnan(centre.nearest_m);
+      misses[i] = isSky ? -1.0 : missOf(surface, view, pixel, drawn[i].distance_m, centre, kMost_px);
     }
   };
   {

@@ -170,8 +170,8 @@ class Truths {
   Truths(const World& world, const scene::View& view)
       : world_(world),
         view_(view),
-        finest_([this](const geo::Ray& ray) { return world_.finest.distanceAlong(ray); }, view),
-        source_([this](const geo::Ray& ray) { return distanceAlong(world_.rasters, ray, view_.pixelAngle()); }, view) {}
+        finest_([this](const geo::Ray& ray) { return truth::exactly(world_.finest.distanceAlong(ray)); }, view),
+        source_([this](const geo::Ray& ray) { return seenAlong(world_.rasters, ray, view_.pixelAngle()); }, view) {}
 
   truth::Tally onFinest(const raster::Raster<float>& drawn, double tolerance_px, int camera) {
     return finest_.compare(drawn, tolerance_px, camera, [](int, int, double) { return true; });
@@ -180,7 +180,7 @@ class Truths {
   truth::Tally onSource(const raster::Raster<float>& drawn, double tolerance_px, int camera) {
     return source_.compare(drawn, tolerance_px, camera, [&](int col, int row, double drawn_m) {
       const geo::Ray ray = scene::rayThrough(view_, {col + 0.5, row + 0.5});
-      const double d = std::isnan(drawn_m) ? finest_.centre(col, row) : drawn_m;
+      const double d = std::isnan(drawn_m) ? finest_.centre(col, row).nearest_m : drawn_m;
       if (std::isnan(d)) return false;
       const truth::SourceSurface& rasters = world_.rasters;
       const geo::Geodetic place = rasters.ellipsoid().geodeticFromBody({ray.origin.m + ray.direction * d});
@@ -349,7 +349,7 @@ TEST_P(DepthTruth, TellsTheGroundFromTheEllipsoid) {
   const auto flat = [](const geo::Direction&) { return 0.0; };
   truth::RandomCameras cameras(planet.body.ellipsoid, planet.places[1], GetParam(), seed(), size());
   const scene::View view = cameras.wherePixelsCoverSamples(flat);
-  truth::SeenSurface source([&](const geo::Ray& ray) { return truth::distanceAlong(rasters, ray, view.pixelAngle()); },
+  truth::SeenSurface source([&](const geo::Ray& ray) { return truth::seenAlong(rasters, ray, view.pixelAngle()); },
                             view);
   const auto some = [](int col, int row, double) { return col % 4 == 0 && row % 4 == 0; };
   const truth::Tally tally = source.compare(drawn(wholeFrame(**bare, view, 1.0)), 1.0, 0, some);

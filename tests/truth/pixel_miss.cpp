@@ -15,21 +15,24 @@ double skyIsFar(double distance_m) {
 
 }  // namespace
 
-double missOf(const DistanceAlong& surface, const scene::View& view, scene::PixelPosition pixel, double drawn_m,
-              double centre_m, double most_px, double enough_px) {
+double missOf(const SeenAlong& surface, const scene::View& view, scene::PixelPosition pixel, double drawn_m,
+              const Seen& centre, double most_px, double enough_px) {
   const double drawn = skyIsFar(drawn_m);
   const double width_m = drawn * view.pixelAngle();
   // The nearest rays on which the surface is not beyond what is drawn, and not before it.
   double notBeyond = kInfinity;
   double notBefore = kInfinity;
-  const auto look = [&](double distance_m, double aside_px) {
-    const double seen = skyIsFar(distance_m);
+  const auto offTo = [&](double seen, double aside_px) {
     const double along_px = seen == drawn ? 0.0 : std::abs(seen - drawn) / width_m;  // NaN from the sky to the ground
-    const double off_px = std::isnan(along_px) ? kInfinity : std::hypot(aside_px, along_px);
-    notBeyond = std::min(notBeyond, seen <= drawn ? aside_px : off_px);
-    notBefore = std::min(notBefore, seen >= drawn ? aside_px : off_px);
+    return std::isnan(along_px) ? kInfinity : std::hypot(aside_px, along_px);
   };
-  look(centre_m, 0.0);
+  const auto look = [&](const Seen& seen, double aside_px) {
+    const double nearest = skyIsFar(seen.nearest_m);
+    const double farthest = skyIsFar(seen.farthest_m);
+    notBeyond = std::min(notBeyond, nearest <= drawn ? aside_px : offTo(nearest, aside_px));
+    notBefore = std::min(notBefore, farthest >= drawn ? aside_px : offTo(farthest, aside_px));
+  };
+  look(centre, 0.0);
   if (std::max(notBeyond, notBefore) <= enough_px) return std::max(notBeyond, notBefore);
   for (double aside = 0.25; aside <= std::min(most_px, std::max(notBeyond, notBefore));
        aside += aside < 3 ? 0.25 : 0.5) {

@@ -20,9 +20,9 @@ class Ball : public testing::Test {
     return kBall.intersect(scene::rayThrough(view(), {kSize.width / 2.0 + x_px, kSize.height / 2.0}), raised_m);
   }
   static double miss_px(double x_px, std::optional<double> drawn_m, double enough_px = 0.0) {
-    const auto ball = [](const geo::Ray& ray) { return kBall.intersect(ray).value_or(kSky); };
+    const auto ball = [](const geo::Ray& ray) { return exactly(kBall.intersect(ray).value_or(kSky)); };
     return missOf(ball, view(), {kSize.width / 2.0 + x_px, kSize.height / 2.0}, drawn_m.value_or(kSky),
-                  distance_m(x_px).value_or(kSky), 4.0, enough_px);
+                  exactly(distance_m(x_px).value_or(kSky)), 4.0, enough_px);
   }
   static scene::View view() {
     const scene::Camera camera{.position = {.height_m = 2000.0}, .pitch = geo::Angle::degrees(-90)};
@@ -58,6 +58,23 @@ TEST_F(Ball, IsMetAnywhereBetweenNeighbouringRays) {
   const double halfAPixelOn = *distance_m(x + 0.5);
   EXPECT_GT((halfAPixelOn - *distance_m(x)) / (halfAPixelOn * view().pixelAngle()), 1.0);
   EXPECT_NEAR(miss_px(x, halfAPixelOn), 0.5, 0.25);
+}
+
+TEST_F(Ball, MayBeAnywhereWithinAShellThatIsLeftOpen) {
+  const double width_m = 2000.0 * view().pixelAngle();
+  const double shell_m = 3.0 * width_m;
+  const auto shell = [&](const geo::Ray& ray) {
+    return Seen{.nearest_m = kBall.intersect(ray, shell_m).value_or(kSky),
+                .farthest_m = kBall.intersect(ray).value_or(kSky)};
+  };
+  const scene::PixelPosition middle{kSize.width / 2.0, kSize.height / 2.0};
+  const Seen centre = shell(scene::rayThrough(view(), middle));
+  for (double off_px = -6.0; off_px < 3.0; off_px += 0.25) {  // from the ball's surface, away from the eye
+    const double drawn_m = centre.farthest_m + off_px * width_m;
+    const double off_m = std::max({0.0, drawn_m - centre.farthest_m, centre.nearest_m - drawn_m});
+    const double expected_px = off_m / (drawn_m * view().pixelAngle());
+    EXPECT_NEAR(missOf(shell, view(), middle, drawn_m, centre, 4.0), expected_px, 0.05 * expected_px) << off_px;
+  }
 }
 
 TEST_F(Ball, IsNoBetterAndNoWorseForAskingLess) {

@@ -27,23 +27,40 @@ bool crossSphere(const geo::Ray& ray, double radius_m, double& near_m, double& f
   return true;
 }
 
+/// On an ellipsoid; degrees.
+struct Place {
+  double lat = 0;
+  double lon = 0;
+  double height_m = 0;
+};
+
+GeographicLib::Geocentric geocentricOf(const geo::Ellipsoid& e) {
+  return {e.semiMajorAxis_m(), e.flattening()};
+}
+
+Place placeOf(const GeographicLib::Geocentric& geocentric, const geo::Ray& ray, double distance_m) {
+  const geo::Vec3 p = ray.origin.m + ray.direction * distance_m;
+  Place place;
+  geocentric.Reverse(p.x, p.y, p.z, place.lat, place.lon, place.height_m);
+  return place;
+}
+
+/// The first place found to be under the ground, from a distance on; `height_m` tells the ground of a place in degrees.
 /// No step is shorter than leastStep_m, or than a fifth of a pixel.
-double march(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle, double leastStep_m) {
+template <class Height>
+double march(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle, double leastStep_m, double from_m,
+             const Height& height_m) {
   const geo::Ellipsoid& e = surface.ellipsoid();
-  const GeographicLib::Geocentric geocentric(e.semiMajorAxis_m(), e.flattening());
+  const GeographicLib::Geocentric geocentric = geocentricOf(e);
   double near_m = 0;
   double far_m = 0;
   if (!crossSphere(ray, e.semiMajorAxis_m() + surface.highest_m(), near_m, far_m) || far_m < 0) return kNever;
 
   const auto gapAt = [&](double distance) {
-    const geo::Vec3 p = ray.origin.m + ray.direction * distance;
-    double lat = 0;
-    double lon = 0;
-    double height = 0;
-    geocentric.Reverse(p.x, p.y, p.z, lat, lon, height);
-    return height - surface.height_m(lat, lon);
+    const Place p = placeOf(geocentric, ray, distance);
+    return p.height_m - height_m(p.lat, p.lon);
   };
-  double before = std::max(near_m, 0.0);
+  double before = std::max(near_m, from_m);
   double gap = gapAt(before);
   if (gap < 0) return before;
   while (before < far_m) {
@@ -57,7 +74,7 @@ double march(const SourceSurface& surface, const geo::Ray& ray, double pixelAngl
         const double middle = (above + below) / 2;
         (gapAt(middle) < 0 ? below : above) = middle;
       }
-      return (above + below) / 2;
+      return below;
     }
     before = after;
   }
@@ -168,32 +185,38 @@ double SourceSurface::Layer::at(int col, int row) const {
   return hasNoData && v == noData ? kNever : v;
 }
 
-bool SourceSurface::Layer::sample(double lat, double lon, double& value) const {
+SourceSurface::Cover SourceSurface::Layer::sample(double lat, double lon, double& value) const {
   double easting = lon;
   double northing = lat;
-  if (projection && !projection->find(lat, lon, easting, northing)) return false;
+  if (projection && !projection->find(lat, lon, easting, northing)) return Cover::none;
   double x = (easting - west) / stepX;
   const double y = (north - northing) / stepY;
   const double turn = 360.0 / stepX;
-  if (!projection) x -= turn * std::floor((x + 0.5) / turn);  // to [-0.5, turn - 0.5)
-  if (!wraps && (x < -0.5 || x > width - 0.5)) return false;
-  if (y < -0.5 || y > height - 0.5) return false;
-  if (std::isnan(at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y))))) return false;
+  if (!projection) x -= turn * std::floor((x + 1) / turn);  // to [-1, turn - 1)
+  if (!wraps && (x <= -1 || x >= width)) return Cover::none;
+  if (y <= -1 || y >= height) return Cover::none;
   const int col = static_cast<int>(std::floor(x));
   const int row = static_cast<int>(std::floor(y));
   double sum = 0;
   double weights = 0;
+  double missing = 0;
   for (int dy = 0; dy < 2; ++dy) {
     for (int dx = 0; dx < 2; ++dx) {
       const double weight = (dx != 0 ? x - col : 1 - (x - col)) * (dy != 0 ? y - row : 1 - (y - row));
       const double v = at(col + dx, row + dy);
+      const bool isSample = wraps || (col + dx >= 0 && col + dx < width && row + dy >= 0 && row + dy < height);
+      if (std::isnan(v) || !isSample) missing += weight;
       if (std::isnan(v)) continue;
       sum += weight * v;
       weights += weight;
     }
   }
+  if (weights == 0) return Cover::none;
   value = sum / weights;
-  return true;
+  if (missing == 0) return Cover::within;
+  const bool isOnIt = (wraps || (x >= -0.5 && x <= width - 0.5)) && y >= -0.5 && y <= height - 0.5;
+  const bool isNearest = isOnIt && !std::isnan(at(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y))));
+  return isNearest ? Cover::nearest : Cover::beside;
 }
 
 SourceSurface::SourceSurface(const std::vector<std::string>& rasterPaths, const geo::Ellipsoid& ellipsoid)
@@ -213,23 +236,51 @@ SourceSurface::SourceSurface(const std::vector<std::string>& rasterPaths, const 
 double SourceSurface::height_m(double lat, double lon) const {
   double value = 0;
   for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer)
-    if (layer->sample(lat, lon, value)) return value;
+    if (layer->sample(lat, lon, value) >= Cover::nearest) return value;
   return 0;
+}
+
+SourceSurface::Heights SourceSurface::heights(double lat, double lon) const {
+  Heights all{.low_m = std::numeric_limits<double>::infinity(), .high_m = -std::numeric_limits<double>::infinity()};
+  const auto mayBe = [&](double height_m) {
+    all = {.low_m = std::min(all.low_m, height_m), .high_m = std::max(all.high_m, height_m)};
+  };
+  double value = 0;
+  for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer) {
+    const Cover cover = layer->sample(lat, lon, value);
+    if (cover != Cover::none) mayBe(value);
+    if (cover == Cover::within) return all;
+  }
+  mayBe(0);
+  return all;
 }
 
 double SourceSurface::spacing_m(double lat, double lon) const {
   double value = 0;
   for (auto layer = layers_.rbegin(); layer != layers_.rend(); ++layer)
-    if (layer->sample(lat, lon, value)) return layer->spacing_m;
+    if (layer->sample(lat, lon, value) >= Cover::nearest) return layer->spacing_m;
   return std::numeric_limits<double>::infinity();
 }
 
 double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
-  return march(surface, ray, pixelAngle, surface.smallestSpacing_m() / 5);
+  return march(surface, ray, pixelAngle, surface.smallestSpacing_m() / 5, 0.0,
+               [&](double lat, double lon) { return surface.height_m(lat, lon); });
+}
+
+Seen seenAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
+  const double step_m = surface.smallestSpacing_m() / 5;
+  const double nearest_m = march(surface, ray, pixelAngle, step_m, 0.0,
+                                 [&](double lat, double lon) { return surface.heights(lat, lon).high_m; });
+  if (std::isnan(nearest_m)) return exactly(kNever);
+  const Place met = placeOf(geocentricOf(surface.ellipsoid()), ray, nearest_m);
+  if (const auto there = surface.heights(met.lat, met.lon); there.low_m == there.high_m) return exactly(nearest_m);
+  const double farthest_m = march(surface, ray, pixelAngle, step_m, nearest_m,
+                                  [&](double lat, double lon) { return surface.heights(lat, lon).low_m; });
+  return {.nearest_m = nearest_m, .farthest_m = farthest_m};
 }
 
 double distanceFinelyAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle) {
-  return march(surface, ray, pixelAngle, 0.1);
+  return march(surface, ray, pixelAngle, 0.1, 0.0, [&](double lat, double lon) { return surface.height_m(lat, lon); });
 }
 
 }  // namespace tellurion::truth

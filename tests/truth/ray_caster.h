@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "geo/ellipsoid.h"
+#include "truth/pixel_miss.h"
 
 class GDALDataset;
 
@@ -22,8 +24,17 @@ class SourceSurface {
   /// Throws std::runtime_error where a file cannot be read: tests end there.
   SourceSurface(const std::vector<std::string>& rasterPaths, const geo::Ellipsoid& ellipsoid);
 
-  /// Metres above the ellipsoid; 0 where no raster has data. Degrees.
+  struct Heights {
+    double low_m = 0;
+    double high_m = 0;
+  };
+
+  /// Metres above the ellipsoid; 0 where no raster has data. Degrees. A sample counts for half the way to the next,
+  /// with data or without: there one raster ends and the next begins, as a wall.
   double height_m(double lat, double lon) const;
+  /// All that the rasters say the ground may be there: samples are points, so between one with data and the next place
+  /// without, a whole sample further, nothing tells where the one ends. Anywhere else height_m twice.
+  Heights heights(double lat, double lon) const;
   double lowest_m() const { return lowest_; }
   double highest_m() const { return highest_; }
   /// Between the samples of the raster that has data there, north to south; infinite where none has.
@@ -33,6 +44,10 @@ class SourceSurface {
   const geo::Ellipsoid& ellipsoid() const { return ellipsoid_; }
 
  private:
+  /// How a place is to a raster's samples: with data on all sides of it, nearest to one that has, or to one that has
+  /// not beside one that has, or none of them.
+  enum class Cover : std::uint8_t { none, beside, nearest, within };
+
   /// Where places of a small rectangle fall in a projection, metres.
   struct PlaceTable {
     static constexpr int kCells = 16;
@@ -59,7 +74,7 @@ class SourceSurface {
     bool hasNoData = false;
     std::vector<float> samples;
 
-    bool sample(double lat, double lon, double& value) const;
+    Cover sample(double lat, double lon, double& value) const;
     double at(int col, int row) const;
   };
   static Layer read(const std::string& path, const geo::Ellipsoid& ellipsoid);
@@ -77,8 +92,11 @@ class SourceSurface {
 /// from the origin, may be stepped over, and what rises more steeply than 3 in 1.
 double distanceAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
 
-/// Likewise where a pixel covers less than a sample: no crest between samples is stepped over that is more than a tenth
-/// of a pixel (or 5 cm) high, unless it rises more steeply than 3 in 1. Takes more steps.
+/// Both ends of where it may meet the ground that the rasters leave open (SourceSurface::heights).
+Seen seenAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
+
+/// As distanceAlong where a pixel covers less than a sample: no crest between samples is stepped over that is more than
+/// a tenth of a pixel (or 5 cm) high, unless it rises more steeply than 3 in 1. Takes more steps.
 double distanceFinelyAlong(const SourceSurface& surface, const geo::Ray& ray, double pixelAngle);
 
 }  // namespace tellurion::truth

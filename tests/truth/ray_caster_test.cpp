@@ -63,5 +63,34 @@ TEST(RayCaster, StepsOverNoCrestBetweenSamplesWhenItLooksFinely) {
   EXPECT_GE(steppedOver, 1);
 }
 
+// Around the border of the model of Everest, which lies over a coarse one. Its samples lie on its border.
+TEST(SourceSurface, LeavesOpenOnlyWhereBetweenTwoSamplesARasterEnds) {
+  const SourceSurface both({TELLURION_SOURCE_DIR "/data/earth/etopo5_dem_10min.tif",
+                            TELLURION_SOURCE_DIR "/data/earth/srtm3_everest_N27E086_filled.tif"},
+                           geo::earth().ellipsoid);
+  const SourceSurface coarse({TELLURION_SOURCE_DIR "/data/earth/etopo5_dem_10min.tif"}, geo::earth().ellipsoid);
+  constexpr double kSample = 1.0 / 1200.0;
+  std::mt19937_64 random(kSeed);
+  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
+  int open = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const double outwards = uniform(-3.0, 3.0);  // samples, from the outermost one's middle
+    const double along = uniform(0.1, 0.9);
+    const double lat = i % 2 == 0 ? 28.0 + outwards * kSample : 27.0 + along;
+    const double lon = i % 2 == 0 ? 86.0 + along : 86.0 - outwards * kSample;
+    const auto heights = both.heights(lat, lon);
+    const double said_m = both.height_m(lat, lon);
+    EXPECT_TRUE(heights.low_m <= said_m && said_m <= heights.high_m) << lat << ", " << lon;
+    const double coarse_m = coarse.height_m(lat, lon);
+    if (outwards > 0.01 && outwards < 0.99) {
+      EXPECT_TRUE(heights.low_m == coarse_m || heights.high_m == coarse_m) << lat << ", " << lon;
+      open += heights.low_m < heights.high_m ? 1 : 0;
+    } else if (outwards < -0.01 || outwards > 1.01) {
+      EXPECT_EQ(heights.low_m, heights.high_m) << lat << ", " << lon;
+    }
+  }
+  EXPECT_GE(open, 600);
+}
+
 }  // namespace
 }  // namespace tellurion::truth

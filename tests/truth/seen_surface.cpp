@@ -59,12 +59,14 @@ std::string Tally::told() const {
   return text.data();
 }
 
-SeenSurface::SeenSurface(DistanceAlong surface, const scene::View& view)
-    : surface_(std::move(surface)), view_(view), centres_(view.viewport.width, view.viewport.height, kUnknown) {}
+SeenSurface::SeenSurface(SeenAlong surface, const scene::View& view)
+    : surface_(std::move(surface)),
+      view_(view),
+      centres_(view.viewport.width, view.viewport.height, exactly(kUnknown)) {}
 
-double SeenSurface::centre(int col, int row) {
-  double& known = centres_.at(col, row);
-  if (known == kUnknown) known = surface_(scene::rayThrough(view_, middleOf(col, row)));
+const Seen& SeenSurface::centre(int col, int row) {
+  Seen& known = centres_.at(col, row);
+  if (known.nearest_m == kUnknown) known = surface_(scene::rayThrough(view_, middleOf(col, row)));
   return known;
 }
 
@@ -77,7 +79,7 @@ Tally SeenSurface::compare(const raster::Raster<float>& drawn, double tolerance_
       for (int col = 0; col < drawn.width; ++col) {
         const auto distance = static_cast<double>(drawn.at(col, row));
         if (!counts(col, row, distance)) continue;
-        if (std::isnan(distance) && std::isnan(centre(col, row))) continue;
+        if (std::isnan(distance) && std::isnan(centre(col, row).nearest_m)) continue;
         const double miss =
             missOf(surface_, view_, middleOf(col, row), distance, centre(col, row), most_px, tally.enough_px());
         tally.count(miss, camera, col, row);

@@ -36,16 +36,16 @@ using Counts = std::function<bool(int col, int row, double drawn_m)>;
 /// One surface from one eye, its rays kept. Two threads look at a picture; `surface` is called from both.
 class SeenSurface {
  public:
-  SeenSurface(DistanceAlong surface, const scene::View& view);
+  SeenSurface(SeenAlong surface, const scene::View& view);
 
-  /// Metres along the ray through a pixel's centre; NaN is sky.
-  double centre(int col, int row);
+  /// On the ray through a pixel's centre.
+  const Seen& centre(int col, int row);
   Tally compare(const raster::Raster<float>& drawn, double tolerance_px, int camera, const Counts& counts);
 
  private:
-  DistanceAlong surface_;
+  SeenAlong surface_;
   scene::View view_;
-  raster::Raster<double> centres_;
+  raster::Raster<Seen> centres_;
 };
 
 }  // namespace tellurion::truth
