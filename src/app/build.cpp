@@ -163,6 +163,7 @@ void run(const Arguments& arguments) {
                               : pyramid::buildPyramid(options, sink, interrupt.token());
   line.clear();
   if (!built) end(kFailed, io::describe(built.error()));
+  if (many && many->rank != 0 && built->alreadyComplete) return;  // another one says so
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 

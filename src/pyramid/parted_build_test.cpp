@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "geo/seed_test.h"
 #include "pyramid/synthetic_rasters_test.h"
@@ -25,7 +27,7 @@ class PartedBuildTest : public ::testing::TestWithParam<Scheme> {
     const fs::path fine = folder_ / "fine.tif";
     if (!fs::exists(fine)) {
       writeHillyGlobe(coarse);
-      writeElevation(fine, degreesGrid(7, 45, 9, 47, 300, 300), [](int c, int r) { return 800.0 + c * 3 - r; });
+      writeElevation(fine, degreesGrid(7, 45, 9, 47, 30, 30), [](int c, int r) { return 800.0 + c * 30 - r * 10; });
     }
     BuildOptions options;
     options.output = folder_ / name;
@@ -38,10 +40,10 @@ class PartedBuildTest : public ::testing::TestWithParam<Scheme> {
   BuildOptions imagery(const std::string& name) const {
     const fs::path path = folder_ / "colours.tif";
     if (!fs::exists(path)) {
-      writeColour(path, degreesGrid(-30, -20, 60, 70, 900, 900), [](int c, int r) {
-        const bool isHole = c > 200 && c < 600 && r > 150 && r < 700;
+      writeColour(path, degreesGrid(-30, -20, 60, 70, 420, 420), [](int c, int r) {
+        const bool isHole = c > 90 && c < 280 && r > 70 && r < 330;
         return raster::Rgba8{static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(r),
-                             static_cast<std::uint8_t>(c * r / 7), static_cast<std::uint8_t>(isHole ? 0 : 255)};
+                             static_cast<std::uint8_t>(c * r / 3), static_cast<std::uint8_t>(isHole ? 0 : 255)};
       });
     }
     BuildOptions options;
@@ -75,7 +77,7 @@ class PartedBuildTest : public ::testing::TestWithParam<Scheme> {
     ASSERT_NE(builtPyramid(whole), nullptr);
     const auto build = PartedBuild::plan(parted);
     ASSERT_TRUE(build.has_value()) << io::describe(build.error());
-    EXPECT_GT(build->parts().size(), 5u);
+    EXPECT_GT(build->parts().size(), 1u);
     const auto shards = makeAll(*build);
     const auto merged = mergeShards({.output = parted.output, .shards = shards, .jobs = 1});
     ASSERT_TRUE(merged.has_value()) << io::describe(merged.error());
@@ -134,14 +136,20 @@ TEST_P(PartedBuildTest, AStoppedMergeAndAStoppedPartGoOnWithTheSameBytes) {
   ASSERT_FALSE(part.has_value());
   EXPECT_EQ(part.error().code, io::Failure::Code::cancelled);
   const auto shards = makeAll(*build);
+  std::mt19937 random(geo::testSeed());
+  io::Result<BuildReport> joined = io::fail(io::Failure::Code::cancelled, "");
   int runs = 0;
-  while (runs < 1000) {
-    ++runs;
-    std::stop_source stop;  // at the first report of each run: after a group or so
-    const auto joined = build->join(
-        shards, [&](const BuildProgress&) { stop.request_stop(); }, stop.get_token());
-    if (joined) break;
-    ASSERT_EQ(joined.error().code, io::Failure::Code::cancelled) << io::describe(joined.error());
+  for (; !joined && runs < 100; ++runs) {
+    std::stop_source stop;
+    const std::jthread impatient(
+        [&, patience = std::chrono::milliseconds(random() % 10u + 4u * static_cast<unsigned>(runs))] {
+          std::this_thread::sleep_for(patience);
+          stop.request_stop();
+        });
+    joined = build->join(shards, {}, stop.get_token());
+    if (!joined) {
+      ASSERT_EQ(joined.error().code, io::Failure::Code::cancelled) << io::describe(joined.error());
+    }
   }
   EXPECT_GT(runs, 1);
   EXPECT_TRUE(bytesOf(folder_ / "whole.tdb") == bytesOf(parted.output));

@@ -77,6 +77,15 @@ io::Result<void> makeAll(const PartedBuild& build, const PartsSink& sink, const 
   return {};
 }
 
+/// Renamed first: a process that still waits makes files in the folder while it has its name.
+void removeFolder(const PartedBuild& build) {
+  fs::path done = build.folder();
+  done += ".joined";
+  std::error_code error;
+  fs::rename(build.folder(), done, error);
+  if (!error) fs::remove_all(done, error);
+}
+
 }  // namespace
 
 io::Result<void> buildShare(const BuildOptions& options, std::size_t index, std::size_t count, const PartsSink& sink,
@@ -120,8 +129,7 @@ io::Result<BuildReport> buildTogether(const BuildOptions& options, const PartsSi
     if (!lock) return tl::unexpected(lock.error());
     if (*lock) {
       auto report = build->join(allShards(*build), joining, stop);
-      std::error_code error;
-      if (report) fs::remove_all(build->folder(), error);
+      if (report) removeFolder(*build);
       return report;
     }
     if (stop.stop_requested()) return stopped(*build);
