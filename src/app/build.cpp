@@ -1,14 +1,18 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include "app/progress.h"
 #include "app/subcommands.h"
+#include "app/supervisor.h"
 #include "pyramid/bounded_heights.h"
 #include "pyramid/fill_plan.h"
-#include "pyramid/pyramid_builder.h"
+#include "pyramid/parted_build.h"
 #include "scene/scene_file.h"
 
 namespace tellurion::app {
@@ -35,6 +39,8 @@ struct Arguments {
   double memory_MiB = 1024.0;
   int jobs = 0;
   bool append = false;
+  std::string part;
+  bool share = false;
 };
 
 [[noreturn]] void end(int status, const std::string& message) {
@@ -99,17 +105,65 @@ void report(const Arguments& arguments, const pyramid::BuildReport& report, doub
              static_cast<double>(report.bytes) / (1 << 20), seconds);
 }
 
+/// One of so many shares, from 0.
+struct Share {
+  std::size_t index = 0;
+  std::size_t count = 1;
+};
+
+Share shareFrom(const std::string& text) {
+  constexpr int kMostShares = 1000000;
+  int index = 0;
+  int count = 0;
+  const char* last = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), last, index);
+  const bool hasSlash = first.ec == std::errc{} && first.ptr != last && *first.ptr == '/';
+  const auto second = hasSlash ? std::from_chars(first.ptr + 1, last, count) : first;
+  if (!hasSlash || second.ec != std::errc{} || second.ptr != last || index < 1 || index > count || count > kMostShares)
+    end(kWrongUse, fmt::format("--part '{}': it is I/N, I from 1 to N, as 3/16", text));
+  return {static_cast<std::size_t>(index - 1), static_cast<std::size_t>(count)};
+}
+
+/// Lines that many processes write go out whole.
+void tell(const std::string& line) {
+  fmt::print(stderr, "{}", fmt::format("tellurion build: {}\n", line));
+}
+
 void run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
-  const pyramid::BuildOptions options = optionsFrom(arguments);
+  pyramid::BuildOptions options = optionsFrom(arguments);
+  const auto many = launched();
+  if (many && options.jobs == 0) {
+    options.jobs = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / many->localSize);
+  }
+  if (many && arguments.part.empty() && !arguments.append) superviseThis(tell);
   const InterruptStop interrupt;
   ProgressLine line("building " + arguments.output);
   const auto sink = [&](const pyramid::BuildProgress& progress) {
     line.show(progress.done, progress.total, "tiles", progress.doneBefore);
   };
-  const auto built = pyramid::buildPyramid(options, sink, interrupt.token());
+  const pyramid::PartsSink parts{.tell =
+                                     [&](const std::string& text) {
+                                       line.clear();
+                                       tell(text);
+                                     },
+                                 .progress = [&](std::size_t made, std::size_t all) { line.show(made, all, "parts"); }};
+  if (!arguments.part.empty()) {
+    const Share share = shareFrom(arguments.part);
+    const auto made = pyramid::buildShare(options, share.index, share.count, parts, interrupt.token());
+    line.clear();
+    if (!made) end(kFailed, io::describe(made.error()));
+    fmt::print(stderr,
+               "the parts of share {} are in {}.parts; when all shares are made: tellurion merge {} {}.parts/*.tdb\n",
+               arguments.part, arguments.output, arguments.output, arguments.output);
+    return;
+  }
+  const bool isShared = arguments.share || many;
+  const auto built = isShared ? pyramid::buildTogether(options, parts, sink, interrupt.token())
+                              : pyramid::buildPyramid(options, sink, interrupt.token());
   line.clear();
   if (!built) end(kFailed, io::describe(built.error()));
+  if (many && many->rank != 0 && built->alreadyComplete) return;  // another one says so
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
@@ -192,7 +246,17 @@ void addBuild(CLI::App& program) {
       "PROJ's), or a file with the geoid's heights in metres (.gtx, .tif, ...). They are stored above the ellipsoid. "
       "Left out: as they are");
   addCleaning(*command, arguments->cleaning);
-  command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
+  auto* append = command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
+  auto* part = command->add_option("--part", arguments->part,
+                                   "I/N: make only the I-th of N shares of the work, as parts in OUT.tdb.parts; "
+                                   "'tellurion merge' joins them. For job "
+                                   "arrays, and machines that do not see each other's files");
+  auto* share = command->add_flag(
+      "--share", arguments->share,
+      "Build together with all processes that are given the same command, on any machines that see the same files; "
+      "each takes what is left to do, of those that ended too. 'mpirun tellurion build ...' means this by itself");
+  part->excludes(append)->excludes(share);
+  share->excludes(append);
   command->footer(
       "No data, in elevation: the file's NODATA value, its mask or alpha at 0, NaN, and heights that the body cannot "
       "have (voids\n"
@@ -208,6 +272,12 @@ void addBuild(CLI::App& program) {
       "with the same bytes. Until then the work is in OUT.tdb.part, and 'tellurion info OUT.tdb.part' names the "
       "command.\n"
       "An input that cannot be read ends the build, and leaves no OUT.tdb.part.\n\n"
+      "Many processes: 'mpirun -n 16 tellurion build ...' (or srun, or --share by hand) ends with the same bytes as "
+      "one. "
+      "--jobs is\n"
+      "the threads of each (left out: all share the cores), --memory is for each. One that is killed is reported, and "
+      "its "
+      "part redone.\n\n"
       "Example: the whole Earth, then Mount Everest over it in more detail\n"
       "  tellurion build earth.tdb etopo5_dem_10min.tif --kind elevation\n"
       "  tellurion build earth.tdb srtm3_everest_N27E086.tif --kind elevation --append");

@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   program.get_formatter()->column_width(34);
   program.footer("Start with 'tellurion build --help' and 'tellurion render --help'.");
   tellurion::app::addBuild(program);
+  tellurion::app::addMerge(program);
   tellurion::app::addInfo(program);
   tellurion::app::addVerify(program);
   tellurion::app::addExport(program);

@@ -7,6 +7,7 @@
 namespace tellurion::app {
 
 void addBuild(CLI::App& program);
+void addMerge(CLI::App& program);
 void addInfo(CLI::App& program);
 void addVerify(CLI::App& program);
 void addQuery(CLI::App& program);

@@ -16,11 +16,12 @@ constexpr std::chrono::milliseconds kReportInterval{100};
 }  // namespace
 
 BuildRun::BuildRun(const BuildPlan& plan, TileDatabase& database, const Resources& resources,
-                   const ProgressSink& progress, std::stop_token stop)
+                   const ProgressSink& progress, std::stop_token stop, const BuildCut& cut)
     : plan_(plan),
       database_(database),
       progress_(progress),
       stop_(std::move(stop)),
+      cut_(cut),
       inputs_(plan, kMostFilesOfTheWalk, 0),
       budget_(memoryBudget(resources.memoryBytes, resources.jobs, plan.inputs.size())),
       blockCache_(budget_.blockCacheBytes),
@@ -39,6 +40,7 @@ io::Result<void> BuildRun::prepareBase() {
 
 io::Result<void> BuildRun::estimate() {
   total_ = position_.done;
+  if (cut_.part) return {};
   TileDatabase* base = baseRows_ ? &*baseRows_ : nullptr;
   // Blocks hold levels below their own: of those that are done nothing is taken off, for that takes a walk.
   const bool isAtBlocks = position_.level == plan_.blockLevel;
@@ -62,7 +64,7 @@ io::Result<void> BuildRun::run(BuildPosition start) {
       if (groupIsOpen_) database_.rollback();
       return ok;
     }
-    if (position_.level == 0) return {};
+    if (position_.level == 0 || cut_.part) return {};
     position_.level -= 1;
     position_.row = 0;
   }
@@ -77,7 +79,8 @@ std::set<std::string> BuildRun::warnings() const {
 
 /// Keeps the window of work full, writes what comes out, and commits the level's last group.
 io::Result<void> BuildRun::runLevel() {
-  TileWalk walk(plan_, inputs_, baseRows_ ? &*baseRows_ : nullptr, position_.level, position_.row);
+  TileWalk walk(plan_, inputs_, baseRows_ ? &*baseRows_ : nullptr, position_.level, position_.row,
+                {.within = cut_.part, .stopAt = {}});
   bool isExhausted = false;
   while (!isExhausted || !work_.isEmpty()) {
     if (stop_.stop_requested()) {
@@ -97,6 +100,11 @@ io::Result<void> BuildRun::runLevel() {
 }
 
 io::Result<void> BuildRun::submit(const Candidate& candidate) {
+  if (cut_.shards != nullptr && position_.level == plan_.startLevel()) {
+    const auto made = cut_.shards->piece(candidate.id);
+    if (!made) return tl::unexpected(made.error());
+    return take(candidate.id, *made);
+  }
   if (position_.level == plan_.blockLevel) {
     pending_.push_back(candidate.id);
     work_.push([this, candidate] { return makerOfThisThread().makeBlock(candidate); });
@@ -199,15 +207,22 @@ io::Result<void> BuildRun::finishOldest() {
   const tiling::TileId id = pending_.front();
   pending_.pop_front();
   if (!made) return tl::unexpected(made.error());
+  return take(id, *made);
+}
+
+io::Result<void> BuildRun::take(const tiling::TileId& id, const MadeTiles& made) {
   if (!groupIsOpen_) {
     if (auto ok = beginGroup(); !ok) return ok;
   }
-  for (const TileRecord& record : made->records) {
+  for (const TileRecord& record : made.records) {
     if (auto ok = database_.write(record); !ok) return ok;
   }
+  if (cut_.part) {
+    if (auto ok = listPiece(database_, id, made.candidates); !ok) return ok;
+  }
   position_.row = rowNumberOf(id);
-  position_.done += made->candidates;
-  groupSize_ += made->candidates;
+  position_.done += made.candidates;
+  groupSize_ += made.candidates;
   report();
   return groupSize_ >= kGroupSize ? commitGroup() : io::Result<void>{};
 }

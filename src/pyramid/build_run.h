@@ -9,11 +9,18 @@
 #include <thread>
 
 #include "pyramid/ordered_work.h"
+#include "pyramid/shard.h"
 #include "pyramid/tile_maker.h"
 #include "pyramid/tile_walk.h"
 #include "raster/block_cache.h"
 
 namespace tellurion::pyramid {
+
+/// What of a build a run does, where it is cut into parts (PartedBuild).
+struct BuildCut {
+  std::optional<tiling::TileId> part;  ///< only the pieces of the first level below this tile are made, and listed
+  ShardSet* shards = nullptr;          ///< where the first level's pieces are taken from instead of being made
+};
 
 /// One run over an unfinished database: first the blocks of the deepest levels, each made whole in memory, where the
 /// plan allows them; then level by level, tiles in the order of their rows, from what is stored. Committed in groups
@@ -27,9 +34,10 @@ class BuildRun {
     std::uint64_t memoryBytes = 0;
   };
   BuildRun(const BuildPlan& plan, TileDatabase& database, const Resources& resources, const ProgressSink& progress,
-           std::stop_token stop);
+           std::stop_token stop, const BuildCut& cut = {});
 
-  /// From where the database says to the end of level 0. Its last commit does not yet make the database complete.
+  /// From where the database says to the end of level 0, or of the first level for a part. Its last commit does not yet
+  /// make the database complete.
   io::Result<void> run(BuildPosition start);
 
   /// What this run's inputs have warned of, whichever thread met it. After run() only.
@@ -45,6 +53,7 @@ class BuildRun {
   io::Result<void> readBeyond(TileTask& task);
   io::Result<void> readDeeper(TileTask& task);
   io::Result<void> finishOldest();
+  io::Result<void> take(const tiling::TileId& id, const MadeTiles& made);
   io::Result<void> beginGroup();
   io::Result<void> commitGroup();
   TileMaker& makerOfThisThread();
@@ -55,6 +64,7 @@ class BuildRun {
   TileDatabase& database_;
   const ProgressSink& progress_;
   std::stop_token stop_;
+  BuildCut cut_;
   InputSet inputs_;
   MemoryBudget budget_;
   raster::BlockCacheLimit blockCache_;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "pyramid/fill_plan.h"
+#include "pyramid/shard.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -126,6 +127,13 @@ std::string_view optionsToRepeat(const DatabaseMeta& meta) {
 
 io::Failure unfinished(const TileDatabase& database) {
   const std::string& path = database.connection().path();
+  if (isShard(database)) {
+    return {.code = Code::invalidArgument,
+            .message =
+                "is a part of a build ('build --part' or '--share'): 'tellurion merge OUT.tdb' with all its "
+                "parts joins them",
+            .where = path};
+  }
   if (!path.ends_with(kPart)) {
     return {
         .code = Code::invalidArgument,

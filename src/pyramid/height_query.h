@@ -33,8 +33,9 @@ struct HeightAnswer {
   int level = 0;           ///< of the tile that answered
   double spacing_m = 0.0;  ///< mean distance between samples of that level, along the ground
   /// How far at most the height is from the surface of the finest tiles that are stored at the place, metres: 0 where
-  /// that surface answered, or what its samples may be off in a database that was built with --max-error. Beside gaps of the data, where the finest surface ends, it is a distance in space as the
-  /// geometric error is (docs/tile-database.md). How far the data are from the true ground nobody knows here.
+  /// that surface answered, or what its samples may be off in a database that was built with --max-error. Beside gaps
+  /// of the data, where the finest surface ends, it is a distance in space as the geometric error is
+  /// (docs/tile-database.md). How far the data are from the true ground nobody knows here.
   double errorBound_m = 0.0;
   bool hasFiner = false;  ///< finer tiles are stored at the place, but the question's level kept them out
 };

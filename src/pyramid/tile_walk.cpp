@@ -15,14 +15,16 @@ geo::Angle angleOf(double reach) {
 
 }  // namespace
 
-TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after)
+TileWalk::TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after,
+                   const WalkScope& scope)
     : plan_(plan),
       inputs_(inputs),
       base_(base),
       level_(level),
       makesWithin_(angleOf(plan.fill.reachOfTiles(level))),
       touchesWithin_(makesWithin_),
-      after_(after) {
+      after_(after),
+      scope_(scope) {
   if (base != nullptr) touchesWithin_ = std::max(makesWithin_, angleOf(plan.fill.reachDownTo(level)));
   std::vector<Touch> all;
   for (int i = 0; i < static_cast<int>(plan.inputs.size()); ++i)
@@ -52,6 +54,12 @@ bool TileWalk::isBehind(const tiling::TileId& id) const {
   const int below = 2 * (level_ - id.level);
   const std::int64_t lastRow = ((rowNumberOf(id) + 1) << below) - 1;
   return lastRow <= after_;
+}
+
+bool TileWalk::isOutside(const tiling::TileId& id) const {
+  if (!scope_.within) return false;
+  const int shared = std::min(id.level, scope_.within->level);
+  return id.ancestor(shared) != scope_.within->ancestor(shared);
 }
 
 std::vector<TileWalk::Bounded> TileWalk::surroundings(const tiling::TileId& id) const {
@@ -93,7 +101,7 @@ io::Result<bool> TileWalk::isAlive(const Node& node) {
 }
 
 io::Result<void> TileWalk::push(const tiling::TileId& id, const std::vector<Touch>& ofParent) {
-  if (isBehind(id)) return {};
+  if (isBehind(id) || isOutside(id)) return {};
   Node node{.id = id, .touches = {}};
   const std::vector<Bounded> tiles = surroundings(id);
   for (const Touch& touch : ofParent) {
@@ -112,7 +120,7 @@ io::Result<std::optional<Candidate>> TileWalk::next() {
   while (!stack_.empty()) {
     const Node node = std::move(stack_.back());
     stack_.pop_back();
-    if (node.id.level == level_) {
+    if (node.id.level == scope_.stopAt.value_or(level_)) {
       Candidate candidate{.id = node.id, .inputs = {}, .makes = {}};
       for (const Touch& touch : node.touches) {
         candidate.inputs.push_back(touch.input);

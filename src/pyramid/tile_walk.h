@@ -15,6 +15,12 @@ struct Candidate {
       makes;  ///< of each input: it makes the tile and all its ancestors candidates where it is deep enough
 };
 
+/// A part of a level's walk.
+struct WalkScope {
+  std::optional<tiling::TileId> within;  ///< only what lies below this tile
+  std::optional<int> stopAt;  ///< a coarser level: its tiles come out that may have candidates below, not these
+};
+
 /// The candidates of one level in the order of their rows, found by descending from the roots only where inputs are, so
 /// that the list is never held. A tile is a candidate when an input as deep as its level touches it, or moves heights
 /// in it (FillPlan), or when the base database stores it and any input touches or moves it or an edge neighbour (whose
@@ -22,7 +28,8 @@ struct Candidate {
 class TileWalk {
  public:
   /// Tiles with rows up to `after` are left out. `base` may be null; all must outlive the walk.
-  TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after = 0);
+  TileWalk(const BuildPlan& plan, InputSet& inputs, TileDatabase* base, int level, std::int64_t after = 0,
+           const WalkScope& scope = {});
   /// Those among the children of a candidate, without a base.
   TileWalk(const BuildPlan& plan, InputSet& inputs, const Candidate& parent);
 
@@ -44,6 +51,7 @@ class TileWalk {
     std::vector<Touch> touches;
   };
   bool isBehind(const tiling::TileId& id) const;
+  bool isOutside(const tiling::TileId& id) const;
   io::Result<bool> isAlive(const Node& node);
   io::Result<void> push(const tiling::TileId& id, const std::vector<Touch>& ofParent);
   /// The tile itself, then its edge neighbours.
@@ -58,6 +66,7 @@ class TileWalk {
   geo::Angle makesWithin_;    ///< so near to an input that is deep enough, tiles of the level have to be there
   geo::Angle touchesWithin_;  ///< what is stored so near to any input may change; no less
   std::int64_t after_;
+  WalkScope scope_;
   std::vector<Node> stack_;
   io::Result<void> started_;
 };

@@ -1,12 +1,8 @@
 #include "scene/layer_sources.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <iterator>
@@ -14,6 +10,7 @@
 #include <string_view>
 #include <thread>
 
+#include "io/file_lock.h"
 #include "pyramid/database_file.h"
 #include "pyramid/pyramid_builder.h"
 #include "pyramid/pyramid_reader.h"
@@ -68,27 +65,20 @@ fs::path withSuffix(const fs::path& path, const char* suffix) {
   return result;
 }
 
-/// Keeps other programs from building the same database while it lives. Where the file system knows no locks there is
-/// none; the builder itself then still notices another one.
-class BuildLock {
- public:
-  /// Waits while another program holds it, unless a stop is asked for; `waiting` is called now and then meanwhile.
-  BuildLock(const fs::path& path, const std::function<void()>& waiting, const std::stop_token& stop)
-      : file_(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)) {
-    while (file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK && !stop.stop_requested()) {
-      waiting();
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+/// Keeps other programs from building the same database while it is held. Waits while another program holds it, unless
+/// a stop is asked for; `waiting` is called now and then meanwhile. Nothing where the file system knows no locks: the
+/// builder itself then still notices another one.
+std::optional<io::FileLock> buildLock(const fs::path& path, const std::function<void()>& waiting,
+                                      const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    auto lock = io::FileLock::tryTake(path);
+    if (!lock) return std::nullopt;
+    if (*lock) return std::move(*lock);
+    waiting();
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  ~BuildLock() {
-    if (file_ >= 0) ::close(file_);
-  }
-  BuildLock(const BuildLock&) = delete;
-  BuildLock& operator=(const BuildLock&) = delete;
-
- private:
-  int file_;
-};
+  return std::nullopt;
+}
 
 io::Result<SourcePointer> openDatabase(const fs::path& path) {
   auto reader = pyramid::PyramidReader::open(path);
@@ -133,7 +123,7 @@ io::Result<SourcePointer> openSource(const std::string& path, raster::Kind kind,
   const auto waiting = [&] {
     if (progress) progress(path + ", which another program builds", 0.0);
   };
-  const BuildLock lock(withSuffix(options->output, ".lock"), waiting, stop);
+  const auto lock = buildLock(withSuffix(options->output, ".lock"), waiting, stop);
   if (stop.stop_requested()) return stopped(path);
   if (fs::exists(options->output)) {  // the other program's, or one that does not open
     if (auto cached = openDatabase(options->output)) return cached;

@@ -1,0 +1,140 @@
+// Who makes which part: fixed shares, or whoever comes first (docs/decisions/0014-parts-and-locks.md).
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "io/file_lock.h"
+#include "pyramid/parted_build.h"
+
+namespace tellurion::pyramid {
+namespace {
+
+namespace fs = std::filesystem;
+using Code = io::Failure::Code;
+
+constexpr std::chrono::milliseconds kWait{200};
+
+io::Result<void> makeFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return io::fail(Code::ioError, "cannot be made: " + error.message(), folder.string());
+  return {};
+}
+
+tl::unexpected<io::Failure> stopped(const PartedBuild& build) {
+  return io::fail(Code::cancelled, "stopped; the same command goes on where it was", build.folder().string());
+}
+
+fs::path lockOf(const PartedBuild& build, std::size_t part) {
+  return build.shard(part).replace_extension(".lock");
+}
+
+std::vector<fs::path> allShards(const PartedBuild& build) {
+  std::vector<fs::path> shards;
+  for (std::size_t part = 0; part < build.parts().size(); ++part)
+    shards.push_back(build.shard(part));
+  return shards;
+}
+
+/// Makes a part unless another process does. False: one does.
+io::Result<bool> makeUnlessTaken(const PartedBuild& build, std::size_t part, const PartsSink& sink,
+                                 const std::stop_token& stop) {
+  const auto lock = io::FileLock::tryTake(lockOf(build, part));
+  if (!lock) return tl::unexpected(lock.error());
+  if (!*lock) return false;
+  std::error_code error;
+  if (!(*lock)->leftBy().empty() && !fs::exists(build.shard(part), error) && sink.tell) {
+    sink.tell(fmt::format("part {} of {}: {}, which made it, is gone; it is redone", part + 1, build.parts().size(),
+                          (*lock)->leftBy()));
+  }
+  const auto warnings = build.make(part, stop);
+  if (!warnings) return tl::unexpected(warnings.error());
+  for (const std::string& warning : *warnings) {
+    if (sink.tell) sink.tell("warning: " + warning);
+  }
+  return true;
+}
+
+/// Takes parts until all are made, by whomever.
+io::Result<void> makeAll(const PartedBuild& build, const PartsSink& sink, const std::stop_token& stop) {
+  std::vector<std::size_t> open(build.parts().size());
+  for (std::size_t part = 0; part < open.size(); ++part)
+    open[part] = part;
+  std::size_t made = 0;
+  while (!open.empty()) {
+    std::vector<std::size_t> taken;
+    for (const std::size_t part : open) {
+      if (stop.stop_requested()) return stopped(build);
+      const auto isMade = makeUnlessTaken(build, part, sink, stop);
+      if (!isMade) return tl::unexpected(isMade.error());
+      if (!*isMade) taken.push_back(part);
+      if (*isMade && sink.progress) sink.progress(++made, build.parts().size());
+    }
+    open = std::move(taken);
+    if (!open.empty()) std::this_thread::sleep_for(kWait);
+  }
+  return {};
+}
+
+/// Renamed first: a process that still waits makes files in the folder while it has its name.
+void removeFolder(const PartedBuild& build) {
+  fs::path done = build.folder();
+  done += ".joined";
+  std::error_code error;
+  fs::rename(build.folder(), done, error);
+  if (!error) fs::remove_all(done, error);
+}
+
+}  // namespace
+
+io::Result<void> buildShare(const BuildOptions& options, std::size_t index, std::size_t count, const PartsSink& sink,
+                            std::stop_token stop) {
+  if (count == 0 || index >= count) return io::fail(Code::invalidArgument, "a share is I of N, I from 1 to N");
+  const auto build = PartedBuild::plan(options, stop);
+  if (!build) return tl::unexpected(build.error());
+  const auto finished = build->finished();
+  if (!finished) return tl::unexpected(finished.error());
+  if (*finished) return {};
+  if (auto ok = makeFolder(build->folder()); !ok) return ok;
+  const std::size_t parts = build->parts().size();
+  const std::size_t ours = index < parts ? (parts - index + count - 1) / count : 0;
+  std::size_t made = 0;
+  for (std::size_t part = index; part < parts; part += count) {
+    const auto ok = makeUnlessTaken(*build, part, sink, stop);
+    if (!ok) return tl::unexpected(ok.error());
+    if (!*ok) {
+      return io::fail(Code::ioError, "another process makes this part; wait for it to end",
+                      build->shard(part).string());
+    }
+    if (sink.progress) sink.progress(++made, ours);
+  }
+  return {};
+}
+
+io::Result<BuildReport> buildTogether(const BuildOptions& options, const PartsSink& sink, const ProgressSink& joining,
+                                      std::stop_token stop) {
+  const auto build = PartedBuild::plan(options, stop);
+  if (!build) return tl::unexpected(build.error());
+  auto finished = build->finished();
+  if (!finished || *finished) return finished ? io::Result<BuildReport>(**finished) : tl::unexpected(finished.error());
+  if (auto ok = makeFolder(build->folder()); !ok) return tl::unexpected(ok.error());
+  const auto made = makeAll(*build, sink, stop);
+  while (true) {
+    auto lock = made ? io::FileLock::tryTake(build->folder() / "join.lock") : tl::unexpected(made.error());
+    // Another process may have joined the parts, and removed the folder: then that was the failure.
+    finished = build->finished();
+    if (!finished) return tl::unexpected(finished.error());
+    if (*finished) return **finished;
+    if (!lock) return tl::unexpected(lock.error());
+    if (*lock) {
+      auto report = build->join(allShards(*build), joining, stop);
+      if (report) removeFolder(*build);
+      return report;
+    }
+    if (stop.stop_requested()) return stopped(*build);
+    std::this_thread::sleep_for(kWait);
+  }
+}
+
+}  // namespace tellurion::pyramid
