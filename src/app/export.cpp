@@ -106,15 +106,18 @@ void addExport(CLI::App& program) {
   auto* command = program.add_subcommand("export", "Write a tile database in a format of others");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("X.tdb", arguments->input, "The tile database")->required();
-  command->add_option("OUT", arguments->output, "The file, or for xyz the folder, to write")->required();
+  command->add_option("OUT", arguments->output, "The file, or for xyz and quantized-mesh the folder, to write")
+      ->required();
   command
       ->add_option("--format", arguments->format,
-                   "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles or xyz (a folder Z/X/Y of pictures); "
+                   "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles, xyz (a folder Z/X/Y of pictures) or "
+                   "quantized-mesh (a folder of terrain); "
                    "left out: what the name's ending says (.tif, .gpkg, .mbtiles)")
-      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz"}));
+      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz", "quantized-mesh"}));
   command
       ->add_option("--levels", arguments->levels,
-                   "mbtiles, xyz: MIN,MAX, the zooms to write (one number: from 0 to it); the others: the level of the "
+                   "mbtiles, xyz, quantized-mesh: MIN,MAX, the zooms to write (one number: from 0 to it); the others: "
+                   "the level of the "
                    "database that pixels are as fine as. Left out: as fine as the database")
       ->delimiter(',')
       ->expected(1, 2)
@@ -148,7 +151,8 @@ void addExport(CLI::App& program) {
       "  tellurion export ground.tdb ground.tif\n"
       "  tellurion export colour.tdb alps.tif --format cog --tile-format jpeg --region 5,44,17,48\n"
       "  tellurion export colour.tdb map.mbtiles --levels 0,6 --tile-format jpeg\n"
-      "  tellurion export mars_colour.tdb tiles --format xyz --scheme geodetic");
+      "  tellurion export mars_colour.tdb tiles --format xyz --scheme geodetic\n"
+      "  tellurion export ground.tdb terrain --format quantized-mesh --levels 7");
   command->callback([arguments] { run(*arguments); });
 }
 
