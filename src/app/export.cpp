@@ -123,17 +123,18 @@ void addExport(CLI::App& program) {
   auto* command = program.add_subcommand("export", "Write a tile database in a format of others, or for a server");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("X.tdb", arguments->input, "The tile database")->required();
-  command->add_option("OUT", arguments->output, "The file, or for xyz and objects the folder, to write")->required();
+  command->add_option("OUT", arguments->output, "The file, or for xyz, quantized-mesh and objects the folder, to write")
+      ->required();
   command
-      ->add_option(
-          "--format", arguments->format,
-          "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles, xyz (a folder Z/X/Y of pictures) or objects "
-          "(a folder to put on a web server or into a bucket, which scenes then name by its URL); left out: what the "
-          "name's ending says (.tif, .gpkg, .mbtiles)")
-      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz", "objects"}));
+      ->add_option("--format", arguments->format,
+                   "geotiff, cog (cloud-optimised GeoTIFF), geopackage, mbtiles, xyz (a folder Z/X/Y of pictures), "
+                   "quantized-mesh (a folder of terrain) or objects (a folder to put on a web server or into a bucket, "
+                   "which scenes then name by its URL); left out: what the name's ending says (.tif, .gpkg, .mbtiles)")
+      ->check(CLI::IsMember({"geotiff", "cog", "geopackage", "mbtiles", "xyz", "quantized-mesh", "objects"}));
   command
       ->add_option("--levels", arguments->levels,
-                   "mbtiles, xyz: MIN,MAX, the zooms to write (one number: from 0 to it); the others: the level of the "
+                   "mbtiles, xyz, quantized-mesh: MIN,MAX, the zooms to write (one number: from 0 to it); the others: "
+                   "the level of the "
                    "database that pixels are as fine as. Left out: as fine as the database")
       ->delimiter(',')
       ->expected(1, 2)
@@ -168,6 +169,7 @@ void addExport(CLI::App& program) {
       "  tellurion export colour.tdb alps.tif --format cog --tile-format jpeg --region 5,44,17,48\n"
       "  tellurion export colour.tdb map.mbtiles --levels 0,6 --tile-format jpeg\n"
       "  tellurion export mars_colour.tdb tiles --format xyz --scheme geodetic\n"
+      "  tellurion export ground.tdb terrain --format quantized-mesh --levels 7\n"
       "  tellurion export earth.tdb www/earth.tdb --format objects   (then: tellurion view https://HOST/earth.tdb)");
   command->callback([arguments] { run(*arguments); });
 }

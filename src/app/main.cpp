@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   tellurion::app::addInfo(program);
   tellurion::app::addVerify(program);
   tellurion::app::addExport(program);
+  tellurion::app::addImport(program);
   tellurion::app::addQuery(program);
   tellurion::app::addRender(program);
   tellurion::app::addFly(program);

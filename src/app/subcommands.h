@@ -17,5 +17,6 @@ void addBench(CLI::App& program);
 void addView(CLI::App& program);
 void addSources(CLI::App& program);
 void addExport(CLI::App& program);
+void addImport(CLI::App& program);
 
 }  // namespace tellurion::app

@@ -13,11 +13,13 @@ namespace {
 namespace fs = std::filesystem;
 using Code = io::Failure::Code;
 
-constexpr std::array<std::pair<std::string_view, ExportFormat>, 5> kFormats{{{"geotiff", ExportFormat::geotiff},
-                                                                             {"cog", ExportFormat::cog},
-                                                                             {"geopackage", ExportFormat::geopackage},
-                                                                             {"mbtiles", ExportFormat::mbtiles},
-                                                                             {"xyz", ExportFormat::xyz}}};
+constexpr std::array<std::pair<std::string_view, ExportFormat>, 6> kFormats{
+    {{"geotiff", ExportFormat::geotiff},
+     {"cog", ExportFormat::cog},
+     {"geopackage", ExportFormat::geopackage},
+     {"mbtiles", ExportFormat::mbtiles},
+     {"xyz", ExportFormat::xyz},
+     {"quantized-mesh", ExportFormat::quantizedMesh}}};
 
 bool isTileSet(ExportFormat format) {
   return format == ExportFormat::mbtiles || format == ExportFormat::xyz;
@@ -38,8 +40,8 @@ io::Result<void> checkRaster(const ExportOptions& options) {
 io::Result<void> checkTileSet(const ExportOptions& options, const raster::TileSourceInfo& info) {
   if (info.kind == raster::Kind::elevation) {
     return io::fail(Code::unsupported,
-                    fmt::format("holds elevation, and {} holds pictures; heights are exported as geotiff, cog or "
-                                "geopackage",
+                    fmt::format("holds elevation, and {} holds pictures; heights are exported as geotiff, cog, "
+                                "geopackage or quantized-mesh",
                                 nameOf(options.format)),
                     info.name);
   }
@@ -54,12 +56,45 @@ io::Result<void> checkTileSet(const ExportOptions& options, const raster::TileSo
   return {};
 }
 
+io::Result<void> checkTerrain(const ExportOptions& options, const raster::TileSourceInfo& info) {
+  if (info.kind == raster::Kind::imagery) {
+    return io::fail(Code::unsupported, "holds imagery, and quantized-mesh holds heights; export it as mbtiles or xyz",
+                    info.name);
+  }
+  if (!(info.body == geo::earth())) {
+    return io::fail(
+        Code::unsupported,
+        fmt::format("lies on {}, and quantized-mesh is of Earth's ellipsoid alone; export it as geotiff, cog "
+                    "or geopackage",
+                    info.body.name),
+        info.name);
+  }
+  if (options.minLevel.value_or(0) == 0) return {};
+  return io::fail(Code::invalidArgument, "quantized-mesh begins at zoom 0; give the last zoom alone");
+}
+
+io::Result<ExportReport> exportAs(const ExportRun& run, ExportPlace& place) {
+  switch (run.options.format) {
+    case ExportFormat::geotiff:
+    case ExportFormat::cog:
+    case ExportFormat::geopackage:
+      return exportRaster(run, place);
+    case ExportFormat::mbtiles:
+    case ExportFormat::xyz:
+      return exportTiles(run, place);
+    case ExportFormat::quantizedMesh:
+      return exportTerrain(run, place);
+  }
+  return {};
+}
+
 io::Result<void> check(const ExportOptions& options, const raster::TileSourceInfo& info) {
   const bool isAscending = options.minLevel.value_or(0) >= 0 && options.maxLevel.value_or(kMostZoom) <= kMostZoom &&
                            options.minLevel.value_or(0) <= options.maxLevel.value_or(kMostZoom);
   if (!isAscending) {
     return io::fail(Code::invalidArgument, fmt::format("levels run from 0 to {}, the coarser one first", kMostZoom));
   }
+  if (options.format == ExportFormat::quantizedMesh) return checkTerrain(options, info);
   return isTileSet(options.format) ? checkTileSet(options, info) : checkRaster(options);
 }
 
@@ -96,12 +131,12 @@ io::Result<ExportReport> exportPyramid(const ExportOptions& options, const Expor
     return io::fail(Code::invalidArgument, "is the database itself; choose another name for the export",
                     options.output.string());
   }
-  const bool isFolder = options.format == ExportFormat::xyz;
+  const bool isFolder = options.format == ExportFormat::xyz || options.format == ExportFormat::quantizedMesh;
   auto place = ExportPlace::prepare(options.output, isFolder ? ExportPlace::Shape::folder : ExportPlace::Shape::file,
                                     options.replace);
   if (!place) return tl::unexpected(place.error());
   const ExportRun run{.options = options, .samples = **samples, .progress = progress, .stop = std::move(stop)};
-  auto report = isTileSet(options.format) ? exportTiles(run, *place) : exportRaster(run, *place);
+  auto report = exportAs(run, *place);
   if (report) report->bytes = bytesUnder(options.output);
   return report;
 }

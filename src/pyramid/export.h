@@ -14,13 +14,14 @@
 
 namespace tellurion::pyramid {
 
-enum class ExportFormat : std::uint8_t { geotiff, cog, geopackage, mbtiles, xyz };
+enum class ExportFormat : std::uint8_t { geotiff, cog, geopackage, mbtiles, xyz, quantizedMesh };
 std::optional<ExportFormat> exportFormatByName(std::string_view name);
 std::string_view nameOf(ExportFormat format);
 
 struct ExportOptions {
   std::filesystem::path input;  ///< a finished tile database
-  /// A file or, for xyz, a folder. Made in OUTPUT.part and renamed at the end, so it is whole or not there.
+  /// A file or, for xyz and quantizedMesh, a folder. Made in OUTPUT.part and renamed at the end, so it is whole or not
+  /// there.
   std::filesystem::path output;
   ExportFormat format = ExportFormat::geotiff;
   /// Tile sets: the zooms to write; left out: from 0 to where pixels are as fine as the database's. Rasters: pixels are

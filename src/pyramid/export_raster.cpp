@@ -129,6 +129,7 @@ raster::RasterFormat rasterFormatOf(ExportFormat format) {
     case ExportFormat::geotiff:
     case ExportFormat::mbtiles:
     case ExportFormat::xyz:
+    case ExportFormat::quantizedMesh:
       break;
   }
   return raster::RasterFormat::geotiff;

@@ -5,11 +5,13 @@
 #include <functional>
 #include <stop_token>
 #include <thread>
+#include <vector>
 
 #include "pyramid/export.h"
 #include "pyramid/export_place.h"
 #include "pyramid/export_samples.h"
 #include "pyramid/ordered_work.h"
+#include "pyramid/tile_set.h"
 
 namespace tellurion::pyramid {
 
@@ -35,6 +37,20 @@ io::Result<ExportReport> exportRaster(const ExportRun& run, ExportPlace& place);
 
 /// A set of map tiles: MBTiles, XYZ.
 io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place);
+
+/// A folder of quantized-mesh tiles.
+io::Result<ExportReport> exportTerrain(const ExportRun& run, ExportPlace& place);
+
+struct MadeTile {
+  MapTile tile;
+  std::vector<std::byte> bytes;  ///< empty: there is nothing, and no tile
+};
+using MakeTile = std::function<io::Result<MadeTile>(const MapTile&)>;  ///< on any thread
+
+/// Makes all tiles of an extent, `total` of them, on workers, and puts those that hold something into a set; how many.
+/// Fails where none does.
+io::Result<std::uint64_t> writeTiles(const ExportRun& run, const MapExtent& extent, std::uint64_t total,
+                                     const MakeTile& make, TileSet& set);
 
 /// How work on many pieces goes on: next(work) hands in the next piece and says whether there was one, take(result)
 /// takes what came out, in order.

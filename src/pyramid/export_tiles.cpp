@@ -12,12 +12,7 @@ namespace {
 
 using Code = io::Failure::Code;
 
-struct MadeTile {
-  MapTile tile;
-  std::vector<std::byte> bytes;  ///< empty: nothing is covered
-};
-
-io::Result<MadeTile> made(const ExportRun& run, MapScheme scheme, const MapTile& tile) {
+io::Result<MadeTile> madePicture(const ExportRun& run, MapScheme scheme, const MapTile& tile) {
   const auto pixels = run.samples.colours(pixelsOf(scheme, tile), run.samples.info().maxLevel);
   if (!pixels) return tl::unexpected(pixels.error());
   const bool isEmpty = std::ranges::all_of(pixels->samples, [](const raster::Rgba8& p) { return p.a == 0; });
@@ -48,6 +43,27 @@ io::Result<MapExtent> extentOf(const ExportRun& run) {
 
 }  // namespace
 
+io::Result<std::uint64_t> writeTiles(const ExportRun& run, const MapExtent& extent, std::uint64_t total,
+                                     const MakeTile& make, TileSet& set) {
+  MapWalk walk(extent);
+  std::uint64_t written = 0;
+  const auto next = [&](OrderedWork<io::Result<MadeTile>>& work) {
+    const auto step = walk.next();
+    if (step) work.push([&make, tile = step->tile] { return make(tile); });
+    return step.has_value();
+  };
+  const auto take = [&](const io::Result<MadeTile>& tile) -> io::Result<void> {
+    if (!tile) return tl::unexpected(tile.error());
+    if (tile->bytes.empty()) return {};
+    ++written;
+    return set.put(tile->tile, tile->bytes);
+  };
+  if (auto ok = inOrder<io::Result<MadeTile>>(run, total, next, take); !ok) return tl::unexpected(ok.error());
+  if (written > 0) return written;
+  return io::fail(Code::invalidArgument, "has no data there: nothing to export; 'tellurion info' tells where it has",
+                  run.samples.info().name);
+}
+
 io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
   const auto extent = extentOf(run);
   if (!extent) return tl::unexpected(extent.error());
@@ -63,26 +79,10 @@ io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
   {  // the set is closed before it is renamed
     auto set = isMbtiles ? createMbtiles(path, facts) : createTileFolder(path, facts);
     if (!set) return tl::unexpected(set.error());
-    MapWalk walk(*extent);
-    const auto next = [&](OrderedWork<io::Result<MadeTile>>& work) {
-      const auto step = walk.next();
-      if (!step) return false;
-      work.push([&run, scheme = extent->scheme, tile = step->tile] { return made(run, scheme, tile); });
-      return true;
-    };
-    const auto take = [&](const io::Result<MadeTile>& tile) -> io::Result<void> {
-      if (!tile) return tl::unexpected(tile.error());
-      if (tile->bytes.empty()) return {};
-      ++report.tiles;
-      return (*set)->put(tile->tile, tile->bytes);
-    };
-    if (auto ok = inOrder<io::Result<MadeTile>>(run, countOf(*extent), next, take); !ok)
-      return tl::unexpected(ok.error());
-    if (report.tiles == 0) {
-      return io::fail(Code::invalidArgument,
-                      "has no data there: nothing to export; 'tellurion info' tells where it has",
-                      run.samples.info().name);
-    }
+    const MakeTile make = [&](const MapTile& tile) { return madePicture(run, extent->scheme, tile); };
+    const auto written = writeTiles(run, *extent, countOf(*extent), make, **set);
+    if (!written) return tl::unexpected(written.error());
+    report.tiles = *written;
     if (auto ok = (*set)->finish(); !ok) return tl::unexpected(ok.error());
   }
   if (auto ok = place.publish(path); !ok) return tl::unexpected(ok.error());

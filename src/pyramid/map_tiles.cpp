@@ -67,19 +67,6 @@ PlaceGrid pixelsOf(MapScheme scheme, const MapTile& tile) {
   return grid;
 }
 
-PlaceGrid cornersOf(const MapTile& tile, int cells) {
-  PlaceGrid grid;
-  const double side = 180.0 / static_cast<double>(mapRows(MapScheme::geodetic, tile.zoom));
-  for (int i = 0; i <= cells; ++i) {
-    // Exact where cells is a power of two, so that the edge of a tile is its neighbour's to the last bit.
-    const double share = static_cast<double>(i) / cells;
-    grid.longitudes_degrees.push_back(longitudeAt(MapScheme::geodetic, tile.zoom, static_cast<double>(tile.x) + share));
-    grid.latitudes_degrees.push_back(latitudeAt(MapScheme::geodetic, tile.zoom, static_cast<double>(tile.y) + share));
-    grid.steps_degrees.push_back(side / cells);
-  }
-  return grid;
-}
-
 MapWalk::MapWalk(const MapExtent& extent) : extent_(extent) {
   const auto covered = std::make_shared<const std::vector<CoveredRect>>(extent.covered);
   for (std::int64_t x = mapColumns(extent.scheme, 0); x-- > 0;)

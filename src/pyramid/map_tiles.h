@@ -28,9 +28,6 @@ std::int64_t mapRows(MapScheme scheme, int zoom);
 geo::GeoRect rectOf(MapScheme scheme, const MapTile& tile);
 /// The centres of a tile's pixels.
 PlaceGrid pixelsOf(MapScheme scheme, const MapTile& tile);
-/// The corners of `cells` x `cells` cells of a geodetic tile: the first and the last lie on its edges, at the same
-/// numbers as those of its neighbours.
-PlaceGrid cornersOf(const MapTile& tile, int cells);
 /// Degrees between pixels of a zoom, on the equator.
 double pixelStep_degrees(MapScheme scheme, int zoom);
 /// The coarsest zoom whose pixels are no more than a tenth larger than `spacing_degrees`, kMostZoom at most.

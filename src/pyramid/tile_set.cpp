@@ -19,18 +19,6 @@ using Code = io::Failure::Code;
 
 constexpr int kTilesOfACommit = 256;
 
-/// West, south, east, north in degrees, cut to what the scheme has; what crosses the date line runs all around, for
-/// these formats have no other way to say it.
-std::string boundsText(const TileSetFacts& facts) {
-  const double most = facts.scheme == MapScheme::mercator ? rectOf(facts.scheme, {}).north.degrees() : 90.0;
-  const double west = facts.bounds.west.degrees();
-  const double east = west + facts.bounds.width.degrees();
-  const bool isAround = east > 180.0 + 1e-9;
-  return fmt::format("{:.9g},{:.9g},{:.9g},{:.9g}", isAround ? -180.0 : west,
-                     std::clamp(facts.bounds.south.degrees(), -most, most), isAround ? 180.0 : std::min(east, 180.0),
-                     std::clamp(facts.bounds.north.degrees(), -most, most));
-}
-
 io::Result<void> runAll(const io::SqliteConnection& connection, std::initializer_list<std::string_view> statements) {
   for (const std::string_view statement : statements)
     if (auto ok = connection.execute(statement); !ok) return ok;
@@ -126,6 +114,16 @@ class TileFolder final : public TileSet {
 };
 
 }  // namespace
+
+std::string boundsText(const TileSetFacts& facts) {
+  const double most = facts.scheme == MapScheme::mercator ? rectOf(facts.scheme, {}).north.degrees() : 90.0;
+  const double west = facts.bounds.west.degrees();
+  const double east = west + facts.bounds.width.degrees();
+  const bool isAround = east > 180.0 + 1e-9;
+  return fmt::format("{:.9g},{:.9g},{:.9g},{:.9g}", isAround ? -180.0 : west,
+                     std::clamp(facts.bounds.south.degrees(), -most, most), isAround ? 180.0 : std::min(east, 180.0),
+                     std::clamp(facts.bounds.north.degrees(), -most, most));
+}
 
 std::string endingOf(raster::ImageFormat format) {
   switch (format) {

@@ -21,6 +21,10 @@ struct TileSetFacts {
   geo::GeoRect bounds = geo::GeoRect::whole();
 };
 
+/// West, south, east, north in degrees, cut to what the scheme has; what crosses the date line runs all around, for
+/// these formats have no other way to say it.
+std::string boundsText(const TileSetFacts& facts);
+
 /// Where the encoded tiles of an export go, one after another. One thread only.
 class TileSet {
  public:

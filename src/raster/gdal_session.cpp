@@ -12,6 +12,7 @@
 #include <atomic>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -41,6 +42,8 @@ constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGe
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// These open nothing: they write.
 constexpr std::array kWritingDrivers{"COG"};
+/// Is asked by MBTiles', and reads no rasters itself, so no side file is opened with it.
+constexpr std::string_view kTablesDriver = "SQLite";
 /// Drivers above decode into it.
 constexpr std::string_view kMemoryDriver = "MEM";
 constexpr std::string_view kVirtualDriver = "VRT";
@@ -60,7 +63,7 @@ void forgetOtherDrivers() {
     const std::string_view name = GDALGetDriverShortName(driver);
     const bool isForVectors = std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end();
     const bool isForWriting = std::ranges::find(kWritingDrivers, name) != kWritingDrivers.end();
-    if (name == kMemoryDriver || isAllowed(name) || isForVectors || isForWriting) continue;
+    if (name == kMemoryDriver || name == kTablesDriver || isAllowed(name) || isForVectors || isForWriting) continue;
     if (name == kVirtualDriver) {
       GDALDriver& virtualRasters = *GDALDriver::FromHandle(driver);
       openVirtual = std::exchange(virtualRasters.pfnOpen, nullptr);
@@ -127,6 +130,17 @@ DatasetPtr openVirtualRaster(const std::string& path) {
   return dataset;
 }
 
+/// What to say of a file that holds several rasters and is none itself; nothing where it is one.
+std::optional<io::Failure> severalRasters(GDALDataset& dataset, const std::string& path) {
+  const CPLStringList parts(CSLDuplicate(dataset.GetMetadata("SUBDATASETS")));
+  const char* first = parts.FetchNameValue("SUBDATASET_1_NAME");
+  if (dataset.GetRasterCount() > 0 || first == nullptr) return std::nullopt;
+  return io::Failure{Code::unsupported,
+                     fmt::format("holds {} rasters; take out the one that is wanted (gdal_translate '{}' one.tif)",
+                                 parts.size() / 2, first),
+                     path};
+}
+
 }  // namespace
 
 GdalMessages::GdalMessages() {
@@ -189,6 +203,9 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
                                     drivers.List(), nullptr, nullptr));
   }
   warnings.insert(warnings.end(), messages.warnings().begin(), messages.warnings().end());
+  if (dataset) {
+    if (const auto several = severalRasters(*dataset, path)) return tl::unexpected(*several);
+  }
   if (dataset && ((isMosaic && sourcesAnywhere) || staysInItsFolder(*dataset, path))) return dataset;
   if (dataset) {
     return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
