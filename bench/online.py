@@ -169,7 +169,7 @@ def line(program, work, asked, most=180, bits=2e6):
     flown = 60
     near = "45,10,2000000,0,-90,0"
     still = [(s, near) for s in (0, most)]
-    way = [(s, 60 * math.sin(2 * math.pi * s / 12), (10 - 18 * (flown - s) + 180) % 360 - 180) for s in range(flown)]
+    way = [(s, 60 * math.sin(2 * math.pi * s / 20), (10 - 6 * (flown - s) + 180) % 360 - 180) for s in range(flown)]
     passing = [(s, f"{lat:.3f},{lon},2000000,0,-90,0") for s, lat, lon in way] + [(s + flown, near) for s in (0, most)]
     with xyz(work, FINEST + 1) as files, online_world.FaultServer(proxy=files.url) as proxy:
         online_world.scene_file(work / "scene.toml", [entry_of(proxy, FINEST + 1)])
