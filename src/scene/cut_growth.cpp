@@ -244,10 +244,11 @@ class Growth {
     for (int q = 0; q < 4; ++q) {
       CutNode child(children[static_cast<std::size_t>(q)], -1);
       child.id = id.child(q);
-      if (!child.facts->drawable || !rules_.sight.maySee(*child.facts, 0)) continue;
+      if (!child.facts->drawable || child.id.level >= tiling::kMaxLevel) continue;
+      // Whether it may be seen is the dearest to ask, and of few that wait it matters.
       child.distance_m = rules_.sight.distance_m(child.facts->tightBox);
       rules_.sight.measure(child);
-      if (child.need <= 1.0 || child.id.level >= tiling::kMaxLevel) continue;
+      if (child.need <= 1.0 || !rules_.sight.maySee(*child.facts, 0)) continue;
       const TileChildren below = rules_.tree.children(child.id, *child.facts);
       if (areReady(child.id, below, 0, *child.facts, std::min(child.need, priority)))
         prefetchBelow(child.id, below, priority);
