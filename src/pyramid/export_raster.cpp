@@ -166,6 +166,12 @@ io::Result<ExportReport> exportRaster(const ExportRun& run, ExportPlace& place) 
   const auto frame =
       frameOf(*area, stepOf(run.samples, std::min(run.options.maxLevel.value_or(info.maxLevel), tiling::kMaxLevel)));
   if (!frame) return tl::unexpected(frame.error());
+  const auto most = mostUnasked(run);
+  if (!most) return tl::unexpected(most.error());
+  const double pixelsOfTile = static_cast<double>(info.tileCells) * info.tileCells;
+  if (static_cast<double>(frame->width) * frame->height / pixelsOfTile > static_cast<double>(*most)) {
+    return tl::unexpected(tooMagnified(run, *most));
+  }
   const bool isPackage = run.options.format == ExportFormat::geopackage;
   const std::filesystem::path path = place.inside(isPackage ? "raster.gpkg" : "raster.tif");
   auto writer = RasterWriter::create(path.string(), place.inside("windows.tif").string(), *frame,
