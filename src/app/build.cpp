@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "app/progress.h"
+#include "app/region_option.h"
 #include "app/subcommands.h"
 #include "app/supervisor.h"
 #include "pyramid/bounded_heights.h"
@@ -63,14 +64,6 @@ geo::Body bodyNamed(const std::string& name) {
   return scene->body;
 }
 
-/// W,S,E,N in degrees; E less than W crosses the date line.
-geo::GeoRect regionFrom(const std::vector<double>& edges) {
-  const bool isPlace = std::abs(edges[0]) <= 360.0 && std::abs(edges[2]) <= 360.0 && edges[1] >= -90.0 &&
-                       edges[3] <= 90.0 && edges[1] < edges[3] && edges[0] != edges[2];
-  if (!isPlace) end(kWrongUse, "--region W,S,E,N: degrees, S less than N, W not E");
-  return geo::GeoRect::fromDegrees(edges[1], edges[0], edges[3], edges[2]);
-}
-
 pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   pyramid::BuildOptions options;
   options.output = arguments.output;
@@ -84,7 +77,10 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   options.maxError_m = arguments.maxError_m;
   options.verticalDatum = arguments.verticalDatum;
   options.cleaning = arguments.cleaning;
-  if (!arguments.region.empty()) options.region = regionFrom(arguments.region);
+  if (!arguments.region.empty()) {
+    options.region = regionFrom(arguments.region);
+    if (!options.region) end(kWrongUse, kNoRegion);
+  }
   options.format = *pyramid::tileFormatByName(arguments.format);
   options.memoryBytes = static_cast<std::uint64_t>(arguments.memory_MiB * (1 << 20));
   options.jobs = arguments.jobs;

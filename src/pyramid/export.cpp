@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "pyramid/export_run.h"
@@ -108,6 +109,25 @@ std::uint64_t bytesUnder(const fs::path& path) {
 }
 
 }  // namespace
+
+io::Result<std::uint64_t> mostUnasked(const ExportRun& run) {
+  // Evenly deep data takes up to 6 tiles for one: Mercator's poles, a step between two zooms, tiles cut by edges.
+  constexpr std::uint64_t kMostForOne = 64;
+  constexpr std::uint64_t kMostForFew = 1024;
+  if (run.options.maxLevel) return std::numeric_limits<std::uint64_t>::max();
+  const auto stored = run.samples.storedTiles();
+  if (!stored) return tl::unexpected(stored.error());
+  return kMostForFew + kMostForOne * *stored;
+}
+
+io::Failure tooMagnified(const ExportRun& run, std::uint64_t most) {
+  return {
+      Code::invalidArgument,
+      fmt::format("as fine as its finest part, all of it would take more than {} tiles, most of them magnified; give "
+                  "the depth with --levels, or export the fine part with --region",
+                  most),
+      run.samples.info().name};
+}
 
 std::optional<ExportFormat> exportFormatByName(std::string_view name) {
   for (const auto& [known, format] : kFormats)

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "pyramid/export_run.h"
+#include "raster/block_cache.h"
 #include "raster/raster_writer.h"
 
 namespace tellurion::pyramid {
@@ -14,7 +15,8 @@ using Code = io::Failure::Code;
 using raster::DegreesFrame;
 using raster::RasterWriter;
 
-constexpr double kFormatsSide = 2147483647.0;  // pixels: what TIFF and GDAL count to
+constexpr std::uint64_t kBlockCacheBytes = std::uint64_t{128} << 20u;  // windows are written once; overviews read rows
+constexpr double kFormatsSide = 2147483647.0;                          // pixels: what TIFF and GDAL count to
 
 /// Degrees of a pixel that is as fine as the samples of a level: a quarter of a turn over a tile's samples, halved as
 /// often as that takes. So it is the samples' own step around the geographic tiling's equator.
@@ -160,12 +162,19 @@ io::Result<std::uint64_t> writeWindows(const ExportRun& run, const DegreesFrame&
 }  // namespace
 
 io::Result<ExportReport> exportRaster(const ExportRun& run, ExportPlace& place) {
+  const raster::BlockCacheLimit limit(kBlockCacheBytes);
   const raster::TileSourceInfo& info = run.samples.info();
   const auto area = areaOf(run);
   if (!area) return tl::unexpected(area.error());
   const auto frame =
       frameOf(*area, stepOf(run.samples, std::min(run.options.maxLevel.value_or(info.maxLevel), tiling::kMaxLevel)));
   if (!frame) return tl::unexpected(frame.error());
+  const auto most = mostUnasked(run);
+  if (!most) return tl::unexpected(most.error());
+  const double pixelsOfTile = static_cast<double>(info.tileCells) * info.tileCells;
+  if (static_cast<double>(frame->width) * frame->height / pixelsOfTile > static_cast<double>(*most)) {
+    return tl::unexpected(tooMagnified(run, *most));
+  }
   const bool isPackage = run.options.format == ExportFormat::geopackage;
   const std::filesystem::path path = place.inside(isPackage ? "raster.gpkg" : "raster.tif");
   auto writer = RasterWriter::create(path.string(), place.inside("windows.tif").string(), *frame,

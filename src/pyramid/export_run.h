@@ -32,6 +32,12 @@ struct ExportRun {
   }
 };
 
+/// What an export may take of tiles of the database's own size while nobody said how deep it is to go: beyond it, most
+/// of them would be coarse data magnified to the depth of a small fine part.
+io::Result<std::uint64_t> mostUnasked(const ExportRun& run);
+/// What to say of more.
+io::Failure tooMagnified(const ExportRun& run, std::uint64_t most);
+
 /// A raster in longitude and latitude: GeoTIFF, COG, GeoPackage.
 io::Result<ExportReport> exportRaster(const ExportRun& run, ExportPlace& place);
 

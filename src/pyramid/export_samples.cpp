@@ -5,8 +5,6 @@
 #include <span>
 #include <utility>
 
-#include "pyramid/pyramid_reader.h"
-
 namespace tellurion::pyramid {
 namespace {
 
@@ -109,6 +107,15 @@ io::Result<raster::Raster<raster::Rgba8>> ExportSamples::colours(const PlaceGrid
   if (auto ok = ask<ColourAnswer>(*colours_, *this, grid, deepest, ColourQuestion{}, put); !ok)
     return tl::unexpected(ok.error());
   return out;
+}
+
+io::Result<std::uint64_t> ExportSamples::storedTiles() const {
+  const auto summary = source_->summary();
+  if (!summary) return tl::unexpected(summary.error());
+  std::uint64_t tiles = 0;
+  for (const LevelSummary& level : summary->levels)
+    tiles += level.tiles;
+  return tiles;
 }
 
 io::Result<std::vector<CoveredRect>> ExportSamples::coverage() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -7,6 +8,7 @@
 
 #include "pyramid/colour_query.h"
 #include "pyramid/height_query.h"
+#include "pyramid/pyramid_reader.h"
 
 namespace tellurion::pyramid {
 
@@ -40,13 +42,16 @@ class ExportSamples {
   io::Result<raster::Raster<float>> heights(const PlaceGrid& grid, int deepest) const;
   io::Result<raster::Raster<raster::Rgba8>> colours(const PlaceGrid& grid, int deepest) const;
 
+  /// Costs a walk over the table of tiles.
+  io::Result<std::uint64_t> storedTiles() const;
+
   /// Rectangles that hold all that is stored, some thousands at most: those of tiles of one level or, where the data
   /// ends, of less deep ones.
   io::Result<std::vector<CoveredRect>> coverage() const;
 
  private:
   ExportSamples() = default;
-  std::shared_ptr<const raster::TileSource> source_;
+  std::shared_ptr<const PyramidReader> source_;
   std::optional<HeightQuery> heights_;
   std::optional<ColourQuery> colours_;
 };

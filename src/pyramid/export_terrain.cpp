@@ -68,6 +68,9 @@ io::Result<MadeTile> made(const ExportRun& run, const MapTile& tile, double step
 io::Result<ExportReport> exportTerrain(const ExportRun& run, ExportPlace& place) {
   const auto extent = extentOf(run);
   if (!extent) return tl::unexpected(extent.error());
+  const auto most = mostUnasked(run);
+  if (!most) return tl::unexpected(most.error());
+  if (countOf(*extent, *most) == *most) return tl::unexpected(tooMagnified(run, *most));
   const Survey survey = surveyed(*extent);
   const std::filesystem::path path = place.inside("terrain");
   auto set = createTerrainFolder(path, {.scheme = MapScheme::geodetic,

@@ -67,6 +67,10 @@ io::Result<std::uint64_t> writeTiles(const ExportRun& run, const MapExtent& exte
 io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
   const auto extent = extentOf(run);
   if (!extent) return tl::unexpected(extent.error());
+  const auto most = mostUnasked(run);
+  if (!most) return tl::unexpected(most.error());
+  const std::uint64_t total = countOf(*extent, *most);
+  if (total == *most) return tl::unexpected(tooMagnified(run, *most));
   const bool isMbtiles = run.options.format == ExportFormat::mbtiles;
   const std::filesystem::path path = place.inside(isMbtiles ? "tiles.mbtiles" : "tiles");
   const TileSetFacts facts{.name = run.options.output.stem().string(),
@@ -80,7 +84,7 @@ io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
     auto set = isMbtiles ? createMbtiles(path, facts) : createTileFolder(path, facts);
     if (!set) return tl::unexpected(set.error());
     const MakeTile make = [&](const MapTile& tile) { return madePicture(run, extent->scheme, tile); };
-    const auto written = writeTiles(run, *extent, countOf(*extent), make, **set);
+    const auto written = writeTiles(run, *extent, total, make, **set);
     if (!written) return tl::unexpected(written.error());
     report.tiles = *written;
     if (auto ok = (*set)->finish(); !ok) return tl::unexpected(ok.error());

@@ -150,6 +150,33 @@ TEST_P(ExportTiles, HeightsAndOtherBodiesAreRefused) {
   exported({.input = mars, .output = folder_ / "m", .format = ExportFormat::xyz, .scheme = MapScheme::geodetic});
 }
 
+TEST_P(ExportTiles, APlanetIsNotMagnifiedToItsFinestPartUnasked) {
+  BuildOptions options;
+  options.output = folder_ / "inset.tdb";
+  options.kind = raster::Kind::imagery;
+  options.scheme = GetParam();
+  writeColour(folder_ / "globe.tif", degreesGrid(-180, -90, 180, 90, 90, 45), [](int, int) {
+    return Rgba8{20, 40, 90, 255};
+  });
+  writeColour(folder_ / "inset.tif", degreesGrid(10, 45, 10.02, 45.02, 200, 200), [](int, int) {
+    return Rgba8{200, 180, 60, 255};
+  });
+  options.inputs = {(folder_ / "globe.tif").string(), (folder_ / "inset.tif").string()};
+  ASSERT_NE(builtPyramid(options), nullptr);
+  for (const ExportFormat format : {ExportFormat::mbtiles, ExportFormat::xyz, ExportFormat::cog}) {
+    ExportOptions all{.input = options.output, .output = folder_ / std::string(nameOf(format)), .format = format};
+    const auto refused = exportPyramid(all);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_NE(refused.error().message.find("--region"), std::string::npos) << refused.error().message;
+    all.maxLevel = 0;
+    exported(all);
+    all.replace = true;
+    all.maxLevel = std::nullopt;
+    all.region = geo::GeoRect::fromDegrees(45.001, 10.001, 45.019, 10.019);
+    exported(all);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(AllTilings, ExportTiles, ::testing::Values(Scheme::geographic, Scheme::cube, Scheme::healpix),
                          [](const auto& test) { return std::string(tiling::nameOf(test.param)); });
 

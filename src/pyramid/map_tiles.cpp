@@ -94,10 +94,10 @@ std::optional<MapStep> MapWalk::next() {
   return std::nullopt;
 }
 
-std::uint64_t countOf(const MapExtent& extent) {
+std::uint64_t countOf(const MapExtent& extent, std::uint64_t most) {
   MapWalk walk(extent);
   std::uint64_t count = 0;
-  while (walk.next())
+  while (count < most && walk.next())
     ++count;
   return count;
 }

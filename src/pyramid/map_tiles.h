@@ -59,7 +59,7 @@ class MapWalk {
   std::vector<MapStep> waiting_;  ///< the rectangles are those that the parent touches
 };
 
-/// How many tiles a walk gives.
-std::uint64_t countOf(const MapExtent& extent);
+/// How many tiles a walk gives; counts no further than `most`.
+std::uint64_t countOf(const MapExtent& extent, std::uint64_t most);
 
 }  // namespace tellurion::pyramid
