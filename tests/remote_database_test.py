@@ -40,7 +40,7 @@ class CheckingServer:
     """A folder as a bucket; 403 without the right signature, and for keys that are not there."""
 
     def __init__(self, folder):
-        self.asked, self.tokens = 0, set()
+        self.asked, self.tokens, self.moved_to = 0, set(), None
         outer = self
 
         class Handler(http.server.BaseHTTPRequestHandler):
@@ -57,6 +57,12 @@ class CheckingServer:
                     signed = match[3].split(";")
                     good = {"host", "x-amz-date", "x-amz-content-sha256"} <= set(signed) and match[4] == signature_of(
                         SECRET, "GET", self.path, headers, signed, match[2])
+                if outer.moved_to:
+                    self.send_response(302)
+                    self.send_header("Location", outer.moved_to + self.path)
+                    self.send_header("Content-Length", "0")
+                    self.end_headers()
+                    return
                 file = folder / self.path.lstrip("/")
                 body = file.read_bytes() if good and file.is_file() else b"<Error/>"
                 self.send_response(200 if good and file.is_file() else 403)
@@ -109,6 +115,11 @@ class RemoteDatabases(online_world.ServerTest):
             scene.write_text(f'body = "mars"\ntiling = "healpix"\n[[elevation]]\nsource = "{base}elevation.tdb"\n'
                              f'[[imagery]]\nsource = "{base}imagery.tdb"\n')
             self.assertEqual(self.picture(scene)[1], self.local.read_bytes())
+            # What lets somebody in is in no cache.
+            self.picture(f"{base}imagery.tdb?token=opensesame")
+            for kept in (self.work / "cache").rglob("*"):
+                self.assertNotIn(b"opensesame", kept.read_bytes() if kept.is_file() else b"")
+            self.assertEqual(self.picture(f"{base}imagery.tdb,{self.files / 'elevation.tdb'}")[1], self.local.read_bytes())
             missing, _ = self.picture(f"{base}nothing.tdb", status=1)
             self.assertIn("--format objects", missing.stderr)
         self.assertEqual(self.picture(self.scene_of(base), "--offline")[1], self.local.read_bytes())
@@ -137,9 +148,7 @@ class RemoteDatabases(online_world.ServerTest):
             self.run_it.run("export", self.files / "elevation.tdb", copy, "--format", "objects")
             folders = [each.name for each in copy.iterdir() if each.is_dir()]
             self.assertEqual(len(folders), 1)
-            # The contents that are kept are of the old one: of another view there are tiles that the server has no more.
-            told, _ = self.picture(url, camera=ELSEWHERE, status=1)
-            self.assertIn("open it again", told.stderr)
+            # Contents are asked about at each opening.
             again, picture = self.picture(url, camera=ELSEWHERE)
             self.run_it.run("render", self.files / "elevation.tdb", "--size", SIZE, "--camera", ELSEWHERE, "-o", self.work / "elsewhere.png")
             self.assertEqual(picture, (self.work / "elsewhere.png").read_bytes(), again.stderr)
@@ -160,6 +169,19 @@ class RemoteDatabases(online_world.ServerTest):
         wrong, _ = self.picture("s3://planets/imagery.tdb", status=1, **{**here, "AWS_SECRET_ACCESS_KEY": "not it"})
         self.assertIn("403", wrong.stderr)
         self.assertNotIn("not it", wrong.stderr)
+        # To another host nothing is told: a signature is for one.
+        elsewhere = CheckingServer(self.bucket.parent)
+        elsewhere.moved_to = server.url.replace("127.0.0.1", "localhost")
+        before = server.asked
+        moved, _ = self.picture("s3://planets/imagery.tdb", status=1, AWS_SESSION_TOKEN="of+a/while==", **{**here, "AWS_ENDPOINT_URL": elsewhere.url})
+        self.assertIn("AWS_REGION", moved.stderr)
+        self.assertEqual(server.asked, before)
+        # Two servers with a bucket of one name are two.
+        self.run_it = online_world.Program(self.program, self.work / "third cache")
+        self.picture("s3://planets/imagery.tdb", **here)
+        other = CheckingServer(self.files)
+        absent, _ = self.picture("s3://planets/imagery.tdb", status=1, **{**here, "AWS_ENDPOINT_URL": other.url})
+        self.assertIn("403", absent.stderr)
         half, _ = self.picture("s3://planets/imagery.tdb", status=1, **{**here, "AWS_SECRET_ACCESS_KEY": ""})
         self.assertIn("AWS_SECRET_ACCESS_KEY", half.stderr)
 

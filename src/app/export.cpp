@@ -84,9 +84,12 @@ void report(const Arguments& arguments, const pyramid::ExportReport& report, dou
 
 /// Nothing is resampled: the tiles themselves, for a server.
 void runObjects(const Arguments& arguments) {
-  const bool asksForMore = !arguments.levels.empty() || !arguments.region.empty() || !arguments.pixels.empty();
+  const bool asksForMore =
+      !arguments.levels.empty() || !arguments.region.empty() || !arguments.pixels.empty() || arguments.replace;
   if (asksForMore)
-    end(kWrongUse, "objects are the database's own tiles: --levels, --region and --tile-format mean nothing to them");
+    end(kWrongUse,
+        "objects are the database's own tiles, and an earlier export of them is always replaced: --levels, --region, "
+        "--tile-format and --force mean nothing to them");
   const InterruptStop interrupt;
   ProgressLine line("exporting " + arguments.output);
   const auto sink = [&](std::uint64_t done, std::uint64_t total) { line.show(done, total, "tiles"); };
@@ -163,7 +166,7 @@ void addExport(CLI::App& program) {
       "says at its centre, from the level that pixels of that size ask for. Heights become 32-bit floating point, in\n"
       "metres; rasters lie in longitude and latitude (EPSG:4326; on Mars and the Moon IAU_2015).\n\n"
       "The work is done in OUT.part, a folder, and takes OUT's name at the end: a run that was killed leaves no half "
-      "file.\n\n"
+      "file;\nobjects go into the folder itself, tile by tile, and are named by 'contents' at the end.\n\n"
       "Examples:\n"
       "  tellurion export ground.tdb ground.tif\n"
       "  tellurion export colour.tdb alps.tif --format cog --tile-format jpeg --region 5,44,17,48\n"

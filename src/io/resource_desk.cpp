@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "io/local_file.h"
+#include "io/s3_address.h"
 #include "io/transfer.h"
 #include "io/url_secrets.h"
 
@@ -43,8 +44,14 @@ std::string keyOf(const ResourceRequest& request) {
   return request.dataset + '\n' + request.url;
 }
 
+/// The server of a bucket is what the environment says: two of them are told apart.
+std::string addressOf(const std::string& url) {
+  const auto address = httpAddress(url);
+  return address ? address->url : url;
+}
+
 CacheKey cacheKeyOf(const ResourceRequest& request) {
-  return {.dataset = request.dataset, .url = keptUrl(request.url)};
+  return {.dataset = keptUrl(request.dataset), .url = keptUrl(addressOf(request.url))};
 }
 
 }  // namespace
@@ -145,7 +152,8 @@ void ResourceDesk::lookUp(const JobPointer& job) {
   if (isFileUrl(job->request.url)) return deliver(job, readLocalFile(job->request));
   if (isKnownAbsent(*job)) return deliver(job, nullptr);
   const std::optional<CacheEntry> kept = cache_ ? cache_->find(cacheKeyOf(job->request)) : std::nullopt;
-  if (!kept || (kept->expires <= wallClock() && !options_.offline)) return fetch(job, kept ? &*kept : nullptr);
+  const bool isGood = kept && (options_.offline || (kept->expires > wallClock() && !job->request.revalidate));
+  if (!isGood) return fetch(job, kept ? &*kept : nullptr);
   {
     const std::scoped_lock lock(mutex_);
     ++fromCache_;

@@ -28,6 +28,7 @@ struct ResourceRequest {
   /// when they say that there is nothing at this place. A failure (an error page, a damaged image) is asked for again,
   /// later and later, and is never kept. Empty: anything is good.
   std::function<Result<bool>(const Resource&)> check;
+  bool revalidate = false;  ///< the server is asked whether what is kept is still good, however long it said that it is
 };
 
 /// In which requests to servers are made.

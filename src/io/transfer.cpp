@@ -56,6 +56,10 @@ TransferEnd endOfStatus(long status) {
     case 425:
       return ended(Kind::badAnswer, fmt::format("the server is not ready to answer (status {})", status));
     default:
+      if (status / 100 == 3)
+        return ended(Kind::refused, fmt::format("the bucket is somewhere else, set AWS_REGION or AWS_ENDPOINT_URL "
+                                                "(status {})",
+                                                status));
       if (status >= 500) return ended(Kind::badAnswer, fmt::format("the server failed (status {})", status));
       return ended(Kind::refused, fmt::format("the server refused the request (status {})", status));
   }
@@ -151,7 +155,8 @@ void Transfer::configure() {
   if (!request_.lastModified.empty())
     lines = curl_slist_append(lines, ("If-Modified-Since: " + request_.lastModified).c_str());
   if (!address.credentials.empty()) {
-    // Never to another host that the server redirects to: libcurl keeps names and passwords to the first.
+    // What is signed for one host is of no use to another, and nobody else's to see.
+    curl_easy_setopt(easy, CURLOPT_FOLLOWLOCATION, 0L);
     curl_easy_setopt(easy, CURLOPT_AWS_SIGV4, address.signature.c_str());
     curl_easy_setopt(easy, CURLOPT_USERPWD, address.credentials.c_str());
     lines = curl_slist_append(lines, kNoBody);

@@ -11,6 +11,23 @@ using Code = io::Failure::Code;
 
 /// In OUT.part, so that no folder is thrown away that somebody else made.
 constexpr const char* kMark = "made-by-tellurion-export";
+/// In it, what is replaced, until the new is in its place.
+constexpr const char* kBefore = "before";
+
+/// The first lines say who made it.
+bool isOurs(const fs::path& json) {
+  std::string text(256, '\0');
+  std::ifstream file(json, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text.find(kGenerator) != std::string::npos;
+}
+
+/// A kill between the two renames of publish() left the old folder aside.
+void putBack(const fs::path& output, const fs::path& part) {
+  std::error_code error;
+  if (!fs::exists(output, error) && fs::exists(part / kMark, error) && fs::exists(part / kBefore, error))
+    fs::rename(part / kBefore, output, error);
+}
 
 io::Result<void> checkOutput(const fs::path& output, ExportPlace::Shape shape, bool replace) {
   std::error_code error;
@@ -31,10 +48,7 @@ io::Result<void> checkOutput(const fs::path& output, ExportPlace::Shape shape, b
     return io::fail(Code::invalidArgument, "is a file, and this format is a folder of files; choose another name",
                     output.string());
   }
-  if (fs::is_empty(output, error) || fs::exists(output / kTileJsonName, error) ||
-      fs::exists(output / kLayerJsonName, error)) {
-    return {};
-  }
+  if (fs::is_empty(output, error) || isOurs(output / kTileJsonName) || isOurs(output / kLayerJsonName)) return {};
   return io::fail(Code::invalidArgument,
                   "is a folder that no export made, and is not replaced; choose another name, or remove it",
                   output.string());
@@ -55,9 +69,10 @@ ExportPlace::~ExportPlace() {
 io::Result<ExportPlace> ExportPlace::prepare(const fs::path& output, Shape shape, bool replace) {
   // "tiles/" is the folder "tiles".
   const fs::path name = output.has_filename() ? output : output.parent_path();
-  if (auto ok = checkOutput(name, shape, replace); !ok) return tl::unexpected(ok.error());
   fs::path part = name;
   part += ".part";
+  putBack(name, part);
+  if (auto ok = checkOutput(name, shape, replace); !ok) return tl::unexpected(ok.error());
   std::error_code error;
   if (fs::exists(part, error)) {
     if (!fs::exists(part / kMark, error)) {
@@ -80,13 +95,14 @@ io::Result<void> ExportPlace::publish(const fs::path& made) {
   std::error_code error;
   // A folder takes no other's name, so the old one steps aside first.
   if (fs::is_directory(output_, error)) {
-    fs::rename(output_, inside("before"), error);
+    fs::rename(output_, inside(kBefore), error);
     if (error) return io::fail(Code::ioError, "cannot be replaced: " + error.message(), output_.string());
   }
   fs::rename(made, output_, error);
   if (!error) return {};
   const std::string why = error.message();
-  if (fs::exists(inside("before"), error)) fs::rename(inside("before"), output_, error);
+  if (fs::exists(inside(kBefore), error)) fs::rename(inside(kBefore), output_, error);
+  if (error) part_.clear();  // what was there is in it
   return io::fail(Code::ioError, "cannot be renamed: " + why, made.string());
 }
 

@@ -17,7 +17,7 @@ struct Survey {
 };
 
 /// Tiles of a zoom share a step, so it is that of the one with the largest range; height 0 stands for NODATA.
-Survey surveyed(const MapExtent& extent) {
+Survey surveyed(const MapExtent& extent, const std::stop_token& stop) {
   struct Range {
     double lowest_m = 0.0;
     double highest_m = 0.0;
@@ -25,7 +25,7 @@ Survey surveyed(const MapExtent& extent) {
   std::vector<Range> ranges(static_cast<std::size_t>(extent.maxZoom) + 1);
   Survey survey;
   MapWalk walk(extent);
-  while (const auto step = walk.next()) {
+  for (auto step = walk.next(); step && !stop.stop_requested(); step = walk.next()) {
     ++survey.tiles;
     if (step->tile.zoom == 0) survey.hasRoot[static_cast<std::size_t>(step->tile.x)] = true;
     Range& range = ranges[static_cast<std::size_t>(step->tile.zoom)];
@@ -70,8 +70,9 @@ io::Result<ExportReport> exportTerrain(const ExportRun& run, ExportPlace& place)
   if (!extent) return tl::unexpected(extent.error());
   const auto most = mostUnasked(run);
   if (!most) return tl::unexpected(most.error());
-  if (countOf(*extent, *most) == *most) return tl::unexpected(tooMagnified(run, *most));
-  const Survey survey = surveyed(*extent);
+  if (countOf(*extent, *most, run.stop) == *most) return tl::unexpected(tooMagnified(run, *most));
+  const Survey survey = surveyed(*extent, run.stop);
+  if (run.stop.stop_requested()) return tl::unexpected(run.stopped());
   const std::filesystem::path path = place.inside("terrain");
   auto set = createTerrainFolder(path, {.scheme = MapScheme::geodetic,
                                         .maxZoom = extent->maxZoom,

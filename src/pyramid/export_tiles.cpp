@@ -69,7 +69,8 @@ io::Result<ExportReport> exportTiles(const ExportRun& run, ExportPlace& place) {
   if (!extent) return tl::unexpected(extent.error());
   const auto most = mostUnasked(run);
   if (!most) return tl::unexpected(most.error());
-  const std::uint64_t total = countOf(*extent, *most);
+  const std::uint64_t total = countOf(*extent, *most, run.stop);
+  if (run.stop.stop_requested()) return tl::unexpected(run.stopped());
   if (total == *most) return tl::unexpected(tooMagnified(run, *most));
   const bool isMbtiles = run.options.format == ExportFormat::mbtiles;
   const std::filesystem::path path = place.inside(isMbtiles ? "tiles.mbtiles" : "tiles");

@@ -94,10 +94,10 @@ std::optional<MapStep> MapWalk::next() {
   return std::nullopt;
 }
 
-std::uint64_t countOf(const MapExtent& extent, std::uint64_t most) {
+std::uint64_t countOf(const MapExtent& extent, std::uint64_t most, const std::stop_token& stop) {
   MapWalk walk(extent);
   std::uint64_t count = 0;
-  while (count < most && walk.next())
+  while (count < most && !stop.stop_requested() && walk.next())
     ++count;
   return count;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "pyramid/export_samples.h"
@@ -59,7 +60,7 @@ class MapWalk {
   std::vector<MapStep> waiting_;  ///< the rectangles are those that the parent touches
 };
 
-/// How many tiles a walk gives; counts no further than `most`.
-std::uint64_t countOf(const MapExtent& extent, std::uint64_t most);
+/// How many tiles a walk gives; counts no further than `most`, nor than a stop.
+std::uint64_t countOf(const MapExtent& extent, std::uint64_t most, const std::stop_token& stop);
 
 }  // namespace tellurion::pyramid

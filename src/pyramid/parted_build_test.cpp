@@ -141,6 +141,7 @@ TEST_P(PartedBuildTest, AStoppedMergeAndAStoppedPartGoOnWithTheSameBytes) {
   int runs = 0;
   for (; !joined && runs < 100; ++runs) {
     std::stop_source stop;
+    if (runs == 0) stop.request_stop();  // once at least, however fast the machine
     const std::jthread impatient(
         [&, patience = std::chrono::milliseconds(random() % 10u + 4u * static_cast<unsigned>(runs))] {
           std::this_thread::sleep_for(patience);

@@ -44,7 +44,8 @@ io::ResourceRequest contentsRequest(const std::string& url) {
             const auto contents = decodedContents(resource.bytes, where);
             if (!contents) return tl::unexpected(contents.error());
             return true;
-          }};
+          },
+          .revalidate = true};
 }
 
 class RemoteDatabase final : public raster::TileSource {
@@ -84,12 +85,8 @@ class RemoteDatabase final : public raster::TileSource {
     if (!contents_.index.find(id).stored) return std::optional<raster::SourceTile>{};
     std::optional<Came> came = arrived(id);
     if (!came) came = resources_->wait(requestOf(id), kPatience_s);
-    if (!*came) return tl::unexpected(came->error());
-    if (!**came) {
-      // Whoever opens it next is to have what the server has by then.
-      resources_->forget(contentsRequest(url_));
-      return tl::unexpected(absent(id));
-    }
+    if (!*came) return tl::unexpected(withHint(came->error()));
+    if (!**came) return tl::unexpected(absent(id));
     const auto record = decodedObject((**came)->bytes, id, info_.kind);
     if (!record) return io::fail(record.error().code, record.error().message, url_);
     auto tile = decoded(*record, info_.kind, info_.tileCells);
@@ -150,6 +147,13 @@ class RemoteDatabase final : public raster::TileSource {
     return arrival ? arrival->get() : std::nullopt;
   }
 
+  /// Most buckets refuse what they do not have.
+  io::Failure withHint(io::Failure failure) const {
+    if (url_.starts_with("s3://") && failure.message.find("403") != std::string::npos)
+      failure.message += "; when the database was replaced, open it again";
+    return failure;
+  }
+
   io::Failure absent(const tiling::TileId& id) const {
     return {.code = Code::notFound,
             .message = fmt::format("the server has no {} though the contents list it; when the database was replaced, "
@@ -184,7 +188,6 @@ io::Result<std::shared_ptr<const raster::TileSource>> openRemoteDatabase(
   const auto came = resources->wait(request, kOpeningPatience_s);
   if (!came) return tl::unexpected(came.error());
   if (!*came) {
-    resources->forget(request);
     return io::fail(Code::notFound,
                     "there are no tile objects; write them with 'tellurion export FILE.tdb FOLDER --format objects' "
                     "and put the folder there",

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "geo/seed_test.h"
+#include "io/crc32.h"
 #include "pyramid/synthetic_rasters_test.h"
 #include "pyramid/tile_objects.h"
 
@@ -148,9 +149,14 @@ TEST_P(RemoteDatabase, anotherRevisionTakesThePlaceOfAllTheOld) {
   ASSERT_TRUE(again);
   EXPECT_EQ(first->revision, again->revision);
   const auto old = openRemoteDatabase(urlOf(objects), resources_).value();
-  fs::rename(objects / first->revision, objects / "00000000");
+  // What somebody else put there stays, whatever its name.
+  fs::create_directory(objects / "20240101");
   ASSERT_TRUE(exportObjects(file, objects));
-  EXPECT_FALSE(fs::exists(objects / "00000000"));
+  EXPECT_TRUE(fs::exists(objects / "20240101"));
+  const fs::path foreign = *folder_ / "photos";
+  fs::create_directories(foreign / "20240101");
+  EXPECT_EQ(exportObjects(file, foreign).error().code, Code::invalidArgument);
+  fs::remove_all(foreign);
   // Another database under the same name: who has the old contents is told, and nothing of two is mixed.
   const fs::path other = *folder_ / "other.tdb";
   BuildOptions options{.output = other,
@@ -160,6 +166,8 @@ TEST_P(RemoteDatabase, anotherRevisionTakesThePlaceOfAllTheOld) {
                        .body = geo::mars()};
   ASSERT_TRUE(buildPyramid(options));
   ASSERT_TRUE(exportObjects(other, objects));
+  EXPECT_FALSE(fs::exists(objects / first->revision));
+  EXPECT_FALSE(fs::exists(objects / "exporting"));
   fs::remove(other);
   const auto id = tiling::Tiling(scheme_).tileAt(geo::directionFromDegrees(1.0, 1.0), 0);
   const auto gone = old->load(id);
@@ -198,6 +206,53 @@ TEST_P(RemoteDatabase, damagedObjectsAreRefused) {
   const auto loaded = (*remote)->load(id);
   ASSERT_FALSE(loaded);
   EXPECT_THAT(io::describe(loaded.error()), HasSubstr("tile 0/"));
+}
+
+/// With a right checksum at the end: what is in it is looked at.
+Bytes withChecksum(Bytes bytes) {
+  bytes.resize(bytes.size() - 4);
+  io::Crc32 crc;
+  crc.add(bytes);
+  for (unsigned int shift = 0; shift < 32; shift += 8)
+    bytes.push_back(static_cast<std::byte>((crc.value() >> shift) & 0xffu));
+  return bytes;
+}
+
+Bytes withText(const Bytes& contents, const std::string& from, const std::string& to) {
+  std::string text(reinterpret_cast<const char*>(contents.data()), contents.size());
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const auto bytes = std::as_bytes(std::span(text));
+  return withChecksum({bytes.begin(), bytes.end()});
+}
+
+TEST_P(RemoteDatabase, contentsThatLieAreRefused) {
+  const fs::path file = built(*folder_, scheme_, kind_);
+  const fs::path objects = *folder_ / "lying.tdb";
+  fs::remove_all(objects);
+  ASSERT_TRUE(exportObjects(file, objects));
+  const Bytes contents = bytesOf(objects / kContentsObject);
+  ASSERT_TRUE(decodedContents(withChecksum(contents), ""));
+  std::string many = "tile_cells";
+  for (int i = 0; i < 20000; ++i)
+    many = "aaaa = 1\n" + many;
+  const std::string level = "max_level = " + std::to_string(PyramidReader::open(file).value()->info().maxLevel);
+  for (const auto& [from, to] : {std::pair<std::string, std::string>("tile_cells", many),
+                                 {"tile_cells = ", "tile_cells = 3"},
+                                 {level, "max_level = nan"},
+                                 {level, "max_level = 1e9"},
+                                 {"revision = \"", "revision = \"../"},
+                                 {"kind = \"", "kind = \"x"},
+                                 {"\n\n", "\n"}})
+    EXPECT_FALSE(decodedContents(withText(contents, from, to), "")) << from << " as " << to.substr(0, 40);
+  auto random = geo::seededGenerator();
+  for (int i = 0; i < 2000; ++i) {
+    Bytes bytes = contents;
+    const auto at = static_cast<std::size_t>(geo::uniform(random, 0, static_cast<double>(bytes.size()) - 4.5));
+    bytes[at] = static_cast<std::byte>(geo::uniform(random, 0, 255.9));
+    static_cast<void>(decodedContents(withChecksum(bytes), ""));
+  }
 }
 
 TEST(TileIndex, survivesWhateverComes) {

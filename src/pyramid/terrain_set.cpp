@@ -72,10 +72,11 @@ class TerrainFolder final : public TileSet {
       available += fmt::format("{}\n    [{}]", available.empty() ? "" : ",", blocks);
     }
     const std::string text = fmt::format(
-        "{{\n  \"tilejson\": \"2.1.0\",\n  \"format\": \"quantized-mesh-1.0\",\n  \"version\": \"1.0.0\",\n"
+        "{{\n  \"generator\": \"{}\",\n  \"tilejson\": \"2.1.0\",\n  \"format\": \"quantized-mesh-1.0\",\n  "
+        "\"version\": \"1.0.0\",\n"
         "  \"scheme\": \"tms\",\n  \"projection\": \"EPSG:4326\",\n  \"tiles\": [\"{{z}}/{{x}}/{{y}}.terrain\"],\n"
         "  \"bounds\": [{}],\n  \"minzoom\": 0,\n  \"maxzoom\": {},\n  \"available\": [{}\n  ]\n}}\n",
-        boundsText(facts_), facts_.maxZoom, available);
+        kGenerator, boundsText(facts_), facts_.maxZoom, available);
     return writeWholeFile(path_ / kLayerJsonName, std::as_bytes(std::span(text)));
   }
 

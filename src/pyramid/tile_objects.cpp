@@ -6,9 +6,11 @@
 #include <array>
 #include <charconv>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "io/crc32.h"
 #include "pyramid/database.h"
@@ -25,7 +27,9 @@ constexpr std::array<std::byte, 4> kObjectMark{std::byte{'T'}, std::byte{'L'}, s
 constexpr std::size_t kNumberBytes = 8;
 constexpr std::size_t kStatisticsBytes = 12;
 constexpr std::size_t kCrcBytes = 4;
-constexpr std::uint64_t kTold = 256;  ///< tiles between two words on progress
+constexpr std::size_t kMostText = 1 << 16;           ///< bytes of what stands before the index
+constexpr std::string_view kUnderWay = "exporting";  ///< the object that names a revision that is not whole
+constexpr std::uint64_t kTold = 256;                 ///< tiles between two words on progress
 
 using Bytes = std::vector<std::byte>;
 using View = std::span<const std::byte>;
@@ -49,6 +53,11 @@ std::uint64_t numberAt(View bytes, std::size_t at, std::size_t count) {
 
 void add(io::Crc32& crc, std::string_view text) {
   crc.add(std::as_bytes(std::span(text)));
+}
+
+Bytes asBytes(std::string_view text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return {bytes.begin(), bytes.end()};
 }
 
 std::uint32_t crcOf(View bytes) {
@@ -104,6 +113,43 @@ io::Result<void> writeFile(const fs::path& path, View bytes) {
                   path.string());
 }
 
+Bytes readFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return asBytes(text);
+}
+
+bool isRevision(std::string_view text) {
+  return text.size() == 2 * kCrcBytes && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+/// The revisions that exports have left in a folder, as their objects tell; fails on a folder of anybody else's.
+io::Result<std::vector<std::string>> revisionsIn(const fs::path& folder) {
+  std::error_code error;
+  const auto textOf = [&](std::string_view name) {
+    std::ifstream file(folder / name, std::ios::binary);
+    std::string text(kMostText, '\0');
+    file.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+    return text;
+  };
+  std::vector<std::string> out;
+  for (const auto& [name, mark] : {std::pair(kContentsObject, std::string_view("\nrevision = \"")),
+                                   std::pair(kUnderWay, std::string_view("\n"))}) {
+    const std::string text = textOf(name);
+    if (!text.starts_with(kFirstLine)) continue;
+    const auto at = text.find(mark);
+    const std::string revision = at != std::string::npos ? text.substr(at + mark.size(), 2 * kCrcBytes) : "";
+    if (isRevision(revision)) out.push_back(revision);
+  }
+  if (out.empty() && !fs::is_empty(folder, error))
+    return io::fail(Code::invalidArgument,
+                    "the folder holds something else than an earlier export of tile objects; give the name of a new "
+                    "or empty one",
+                    folder.string());
+  return out;
+}
+
 /// Writes the objects of a database's tiles, in the order of their rows.
 class Export {
  public:
@@ -113,6 +159,10 @@ class Export {
   io::Result<ExportedObjects> run() {
     contents_.meta = database_.meta();
     if (auto ok = makeRevision(); !ok) return tl::unexpected(ok.error());
+    const auto others = revisionsIn(folder_);
+    if (!others) return tl::unexpected(others.error());
+    if (auto ok = writeFile(folder_ / kUnderWay, asBytes(std::string(kFirstLine) + contents_.revision)); !ok)
+      return tl::unexpected(ok.error());
     if (auto ok = writeTiles(); !ok) return tl::unexpected(ok.error());
     const Bytes bytes = encodedContents(contents_);
     const fs::path temporary = folder_ / (contents_.revision + ".new");
@@ -122,7 +172,10 @@ class Export {
     if (error) return io::fail(Code::ioError, "cannot be put in its place: " + error.message(), temporary.string());
     done_.bytes += bytes.size();
     done_.revision = contents_.revision;
-    removeOthers();
+    for (const std::string& other : *others) {
+      if (other != contents_.revision) fs::remove_all(folder_ / other, error);
+    }
+    fs::remove(folder_ / kUnderWay, error);
     return done_;
   }
 
@@ -174,7 +227,8 @@ class Export {
     if (!rows) return tl::unexpected(rows.error());
     while (true) {
       if (stop_.stop_requested())
-        return io::fail(Code::cancelled, "stopped; what is there still has its old contents, if any", folder_.string());
+        return io::fail(Code::cancelled, "stopped; what was there is as it was, and the next export goes on",
+                        folder_.string());
       const auto found = rows->step();
       if (!found) return tl::unexpected(found.error());
       if (!*found) return {};
@@ -190,21 +244,19 @@ class Export {
     fs::create_directories(path.parent_path(), error);
     if (error) return io::fail(Code::ioError, "cannot be made: " + error.message(), path.parent_path().string());
     const Bytes bytes = encodedObject(record, contents_.meta.kind);
-    if (auto ok = writeFile(path, bytes); !ok) return ok;
+    // What may be read meanwhile is never half there.
+    if (!fs::exists(path, error)) {
+      if (auto ok = writeFile(path, bytes); !ok) return ok;
+    } else if (readFile(path) != bytes) {
+      fs::path temporary = path;
+      temporary += ".new";
+      if (auto ok = writeFile(temporary, bytes); !ok) return ok;
+      fs::rename(temporary, path, error);
+      if (error) return io::fail(Code::ioError, "cannot be replaced: " + error.message(), path.string());
+    }
     done_.bytes += bytes.size();
     if (++done_.tiles % kTold == 0 && progress_) progress_(done_.tiles, total_);
     return {};
-  }
-
-  /// Folders that are named like revisions.
-  void removeOthers() const {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder_, error)) {
-      const std::string name = entry.path().filename().string();
-      const bool isRevision =
-          name.size() == contents_.revision.size() && name.find_first_not_of("0123456789abcdef") == std::string::npos;
-      if (isRevision && entry.is_directory(error) && name != contents_.revision) fs::remove_all(entry.path(), error);
-    }
   }
 
   const TileDatabase& database_;
@@ -242,7 +294,8 @@ io::Result<ObjectContents> decodedContents(View bytes, const std::string& where)
   std::size_t at = kFirstLine.size();
   for (;;) {
     const auto end = text.find('\n', at);
-    if (end == std::string_view::npos) return tl::unexpected(damaged(where, "the contents have no end"));
+    if (end == std::string_view::npos || end > kMostText)
+      return tl::unexpected(damaged(where, "the contents have no end where they should"));
     const std::string_view line = text.substr(at, end - at);
     at = end + 1;
     if (line.empty()) break;
@@ -251,9 +304,7 @@ io::Result<ObjectContents> decodedContents(View bytes, const std::string& where)
   auto meta = metaForReading(table);
   if (!meta) return tl::unexpected(meta.error());
   ObjectContents contents{.meta = std::move(*meta), .revision = table.texts["revision"], .index = TileIndex()};
-  const bool isNamed = contents.revision.size() == 2 * kCrcBytes &&
-                       contents.revision.find_first_not_of("0123456789abcdef") == std::string::npos;
-  if (!isNamed || at + kCrcBytes > bytes.size())
+  if (!isRevision(contents.revision) || at + kCrcBytes > bytes.size())
     return tl::unexpected(damaged(where, "the contents lack a revision or an index"));
   auto index = decodedIndex(bytes.subspan(at, bytes.size() - kCrcBytes - at), contents.meta.maxLevel + 1,
                             tiling::Tiling(contents.meta.scheme).rootCount());

@@ -44,9 +44,9 @@ struct ExportedObjects {
   std::string revision;
 };
 using ObjectSink = std::function<void(std::uint64_t done, std::uint64_t total)>;
-/// Writes a finished database's objects into a folder, which is made where it is not there. The tiles of a new revision
-/// come first, then the contents, then tiles of other revisions go: whoever reads meanwhile has one or the other. An
-/// export that was stopped is begun anew by the next.
+/// Writes a finished database's objects into a folder that is new, empty or an earlier export's. The tiles of a new
+/// revision come first, then the contents, then the tiles of the old revision go; nothing else there is touched:
+/// whoever reads meanwhile has one or the other. What an export that was stopped has written is used by the next.
 io::Result<ExportedObjects> exportObjects(const std::filesystem::path& database, const std::filesystem::path& folder,
                                           const ObjectSink& progress = {}, const std::stop_token& stop = {});
 

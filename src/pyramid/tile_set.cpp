@@ -101,10 +101,11 @@ class TileFolder final : public TileSet {
 
   io::Result<void> finish() override {
     const std::string text = fmt::format(
-        "{{\n  \"tilejson\": \"3.0.0\",\n  \"tiles\": [\"{{z}}/{{x}}/{{y}}.{}\"],\n  \"scheme\": \"xyz\",\n"
+        "{{\n  \"generator\": \"{}\",\n  \"tilejson\": \"3.0.0\",\n  \"tiles\": [\"{{z}}/{{x}}/{{y}}.{}\"],\n  "
+        "\"scheme\": \"xyz\",\n"
         "  \"projection\": \"{}\",\n  \"minzoom\": {},\n  \"maxzoom\": {},\n  \"bounds\": [{}]\n}}\n",
-        endingOf(facts_.format), facts_.scheme == MapScheme::mercator ? "EPSG:3857" : "EPSG:4326", facts_.minZoom,
-        facts_.maxZoom, boundsText(facts_));
+        kGenerator, endingOf(facts_.format), facts_.scheme == MapScheme::mercator ? "EPSG:3857" : "EPSG:4326",
+        facts_.minZoom, facts_.maxZoom, boundsText(facts_));
     return writeWholeFile(path_ / kTileJsonName, std::as_bytes(std::span(text)));
   }
 

@@ -133,8 +133,8 @@ io::Result<Scene> withSettings(Scene scene, std::span<const std::string> setting
 io::Result<Scene> openScene(std::string_view argument, std::span<const std::string> settings,
                             const io::ResourceOptions& online) {
   if (argument.empty()) return io::fail(Code::invalidArgument, "the scene has no name");
-  const bool areDatabases = std::ranges::all_of(splitAtCommas(argument), pyramid::isRemoteDatabase);
-  if (isServiceUrl(argument) && !areDatabases) return withSettings(sceneOf(serviceFromUrl(argument)), settings);
+  const bool beginsWithDatabase = pyramid::isRemoteDatabase(splitAtCommas(argument).front());
+  if (isServiceUrl(argument) && !beginsWithDatabase) return withSettings(sceneOf(serviceFromUrl(argument)), settings);
   if (argument.ends_with(".toml")) return readSceneFile(std::string(argument), settings);
   std::error_code error;
   const bool isOneFile = fs::exists(fs::path(argument), error);
