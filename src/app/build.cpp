@@ -148,8 +148,7 @@ void run(const Arguments& arguments) {
     const auto made = pyramid::buildShare(options, share.index, share.count, parts, interrupt.token());
     line.clear();
     if (!made) end(kFailed, io::describe(made.error()));
-    fmt::print(stderr,
-               "the parts of share {} are in {}.parts; when all shares are made: tellurion merge {} {}.parts/*.tdb\n",
+    fmt::print(stderr, "the parts of share {} are in {}.parts; when all shares are made: tellurion merge {} {}.parts\n",
                arguments.part, arguments.output, arguments.output, arguments.output);
     return;
   }
@@ -242,10 +241,12 @@ void addBuild(CLI::App& program) {
       "Left out: as they are");
   addCleaning(*command, arguments->cleaning);
   auto* append = command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
-  auto* part = command->add_option("--part", arguments->part,
-                                   "I/N: make only the I-th of N shares of the work, as parts in OUT.tdb.parts; "
-                                   "'tellurion merge' joins them. For job "
-                                   "arrays, and machines that do not see each other's files");
+  auto* part =
+      command->add_option("--part", arguments->part,
+                          "I/N: make only the I-th of N shares of the work, as parts in OUT.tdb.parts; "
+                          "'tellurion merge' joins them. For job "
+                          "arrays, and machines that do not see each other's files: the inputs must have the same full "
+                          "names and times on all (cp -p, rsync -a)");
   auto* share = command->add_flag(
       "--share", arguments->share,
       "Build together with all processes that are given the same command, on any machines that see the same files; "

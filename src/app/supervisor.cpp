@@ -38,7 +38,8 @@ std::optional<int> numberOf(const char* variable) {
   int number = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   const std::string_view rest = digits.substr(static_cast<std::size_t>(end - digits.data()));
-  if (error != std::errc{} || number < 0 || !(rest.empty() || rest.front() == '(')) return std::nullopt;  // "4(x2)"
+  if (error != std::errc{} || number < 0 || !(rest.empty() || rest.front() == '(' || rest.front() == ','))
+    return std::nullopt;  // "4(x2),3"
   return number;
 }
 

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <optional>
+#include <set>
 #include <thread>
 
 #include "io/file_lock.h"
@@ -30,6 +32,12 @@ fs::path lockOf(const PartedBuild& build, std::size_t part) {
   return build.shard(part).replace_extension(".lock");
 }
 
+fs::path joinedFolder(const PartedBuild& build) {
+  fs::path folder = build.folder();
+  folder += ".joined";
+  return folder;
+}
+
 std::vector<fs::path> allShards(const PartedBuild& build) {
   std::vector<fs::path> shards;
   for (std::size_t part = 0; part < build.parts().size(); ++part)
@@ -37,24 +45,42 @@ std::vector<fs::path> allShards(const PartedBuild& build) {
   return shards;
 }
 
-/// Makes a part unless another process does. False: one does.
-io::Result<bool> makeUnlessTaken(const PartedBuild& build, std::size_t part, const PartsSink& sink,
-                                 const std::stop_token& stop) {
-  const auto lock = io::FileLock::tryTake(lockOf(build, part));
-  if (!lock) return tl::unexpected(lock.error());
-  if (!*lock) return false;
-  std::error_code error;
-  if (!(*lock)->leftBy().empty() && !fs::exists(build.shard(part), error) && sink.tell) {
-    sink.tell(fmt::format("part {} of {}: {}, which made it, is gone; it is redone", part + 1, build.parts().size(),
-                          (*lock)->leftBy()));
+/// Makes parts, one after the other.
+class PartMaker {
+ public:
+  PartMaker(const PartedBuild& build, const PartsSink& sink, const std::stop_token& stop)
+      : build_(build), sink_(sink), stop_(stop) {}
+
+  /// Unless another process does. False: one does.
+  io::Result<bool> makeUnlessTaken(std::size_t part) {
+    std::error_code error;
+    // One that is there is only looked at, and nobody is kept from it.
+    if (fs::exists(build_.shard(part), error)) return make(part);
+    const auto lock = io::FileLock::tryTake(lockOf(build_, part));
+    if (!lock) return tl::unexpected(lock.error());
+    if (!*lock) return false;
+    if (!(*lock)->leftBy().empty() && !fs::exists(build_.shard(part), error) && sink_.tell) {
+      sink_.tell(fmt::format("part {} of {}: {}, which made it, is gone; it is redone", part + 1, build_.parts().size(),
+                             (*lock)->leftBy()));
+    }
+    return make(part);
   }
-  const auto warnings = build.make(part, stop);
-  if (!warnings) return tl::unexpected(warnings.error());
-  for (const std::string& warning : *warnings) {
-    if (sink.tell) sink.tell("warning: " + warning);
+
+ private:
+  io::Result<bool> make(std::size_t part) {
+    const auto warnings = build_.make(part, stop_);
+    if (!warnings) return tl::unexpected(warnings.error());
+    for (const std::string& warning : *warnings) {
+      if (told_.insert(warning).second && sink_.tell) sink_.tell("warning: " + warning);
+    }
+    return true;
   }
-  return true;
-}
+
+  const PartedBuild& build_;
+  const PartsSink& sink_;
+  const std::stop_token& stop_;
+  std::set<std::string> told_;  ///< each part would say them again
+};
 
 /// Takes parts until all are made, by whomever.
 io::Result<void> makeAll(const PartedBuild& build, const PartsSink& sink, const std::stop_token& stop) {
@@ -62,11 +88,12 @@ io::Result<void> makeAll(const PartedBuild& build, const PartsSink& sink, const 
   for (std::size_t part = 0; part < open.size(); ++part)
     open[part] = part;
   std::size_t made = 0;
+  PartMaker maker(build, sink, stop);
   while (!open.empty()) {
     std::vector<std::size_t> taken;
     for (const std::size_t part : open) {
       if (stop.stop_requested()) return stopped(build);
-      const auto isMade = makeUnlessTaken(build, part, sink, stop);
+      const auto isMade = maker.makeUnlessTaken(part);
       if (!isMade) return tl::unexpected(isMade.error());
       if (!*isMade) taken.push_back(part);
       if (*isMade && sink.progress) sink.progress(++made, build.parts().size());
@@ -77,13 +104,18 @@ io::Result<void> makeAll(const PartedBuild& build, const PartsSink& sink, const 
   return {};
 }
 
+/// What a process that was killed while it removed joined parts has left of them.
+void removeJoined(const PartedBuild& build) {
+  std::error_code error;
+  fs::remove_all(joinedFolder(build), error);
+}
+
 /// Renamed first: a process that still waits makes files in the folder while it has its name.
 void removeFolder(const PartedBuild& build) {
-  fs::path done = build.folder();
-  done += ".joined";
+  removeJoined(build);
   std::error_code error;
-  fs::rename(build.folder(), done, error);
-  if (!error) fs::remove_all(done, error);
+  fs::rename(build.folder(), joinedFolder(build), error);
+  removeJoined(build);
 }
 
 }  // namespace
@@ -95,21 +127,26 @@ io::Result<void> buildShare(const BuildOptions& options, std::size_t index, std:
   if (!build) return tl::unexpected(build.error());
   const auto finished = build->finished();
   if (!finished) return tl::unexpected(finished.error());
-  if (*finished) return {};
+  if (*finished) {
+    removeJoined(*build);
+    return {};
+  }
   if (auto ok = makeFolder(build->folder()); !ok) return ok;
   const std::size_t parts = build->parts().size();
   const std::size_t ours = index < parts ? (parts - index + count - 1) / count : 0;
   std::size_t made = 0;
+  PartMaker maker(*build, sink, stop);
+  std::optional<std::size_t> taken;
   for (std::size_t part = index; part < parts; part += count) {
-    const auto ok = makeUnlessTaken(*build, part, sink, stop);
+    const auto ok = maker.makeUnlessTaken(part);
     if (!ok) return tl::unexpected(ok.error());
-    if (!*ok) {
-      return io::fail(Code::ioError, "another process makes this part; wait for it to end",
-                      build->shard(part).string());
-    }
-    if (sink.progress) sink.progress(++made, ours);
+    if (!*ok && !taken) taken = part;
+    if (*ok && sink.progress) sink.progress(++made, ours);
   }
-  return {};
+  if (!taken) return {};
+  return io::fail(Code::ioError,
+                  "another process makes this part, all others of the share are made; wait for it to end",
+                  build->shard(*taken).string());
 }
 
 io::Result<BuildReport> buildTogether(const BuildOptions& options, const PartsSink& sink, const ProgressSink& joining,
@@ -117,8 +154,13 @@ io::Result<BuildReport> buildTogether(const BuildOptions& options, const PartsSi
   const auto build = PartedBuild::plan(options, stop);
   if (!build) return tl::unexpected(build.error());
   auto finished = build->finished();
+  if (finished && *finished) removeJoined(*build);
   if (!finished || *finished) return finished ? io::Result<BuildReport>(**finished) : tl::unexpected(finished.error());
   if (auto ok = makeFolder(build->folder()); !ok) return tl::unexpected(ok.error());
+  // Others may have joined all parts, and removed the folder, since the last look.
+  finished = build->finished();
+  if (finished && *finished) removeFolder(*build);
+  if (!finished || *finished) return finished ? io::Result<BuildReport>(**finished) : tl::unexpected(finished.error());
   const auto made = makeAll(*build, sink, stop);
   while (true) {
     auto lock = made ? io::FileLock::tryTake(build->folder() / "join.lock") : tl::unexpected(made.error());
