@@ -311,7 +311,9 @@ TEST_P(SlowFlight, hardlyAnythingPopsWhenTheEyeTurnsFast) {
   const Log log = flown(
       "turns fast",
       {.waits = false, .tolerance_px = truth::option("tolerance", 3.0), .turn_degreesASecond = 90.0, .slowness = 4.0});
-  EXPECT_LE(static_cast<double>(log.places.over), 0.005 * static_cast<double>(log.places.compared));
+  EXPECT_GT(log.incomplete, 0) << "tiles come in time";
+  // Up to 3 in ten thousand were measured.
+  EXPECT_LE(static_cast<double>(log.places.over), 0.002 * static_cast<double>(log.places.compared));
 }
 
 // What pops does so between any two frames, so that all of the way with few of them shows it.
