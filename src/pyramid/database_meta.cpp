@@ -182,6 +182,16 @@ io::Result<DatabaseMeta> metaForReading(const MetaTable& table) {
   return meta;
 }
 
+raster::TileSourceInfo sourceInfoOf(std::string name, const DatabaseMeta& meta) {
+  return {.name = std::move(name),
+          .kind = meta.kind,
+          .scheme = meta.scheme,
+          .body = meta.body,
+          .tileCells = meta.tileCells,
+          .maxLevel = meta.maxLevel,
+          .bounds = meta.bounds};
+}
+
 io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection) {
   const auto table = readTable(connection);
   if (!table) return tl::unexpected(table.error());

@@ -49,6 +49,9 @@ std::vector<std::pair<std::string_view, MetaValue>> valuesForReading(const Datab
 /// The same from such values. Fails on what is missing or out of its range, and names it.
 io::Result<DatabaseMeta> metaForReading(const MetaTable& table);
 
+/// What a source of such tiles tells of itself; name: for messages.
+raster::TileSourceInfo sourceInfoOf(std::string name, const DatabaseMeta& meta);
+
 /// The tables `meta` and `sources`. Fails on what is missing or out of its range, and names it.
 io::Result<DatabaseMeta> readMeta(const io::SqliteConnection& connection);
 /// All but the position of an unfinished build.

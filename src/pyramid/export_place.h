@@ -33,9 +33,9 @@ class ExportPlace {
 };
 
 /// A file in every folder that an export makes: what it holds, for programs that show it.
-/// In both of them: by it a folder is known as an export's.
-inline constexpr const char* kGenerator = "tellurion export";
 inline constexpr const char* kTileJsonName = "tiles.json";
 inline constexpr const char* kLayerJsonName = "layer.json";
+/// In both of them: by it a folder is known as an export's.
+inline constexpr const char* kGenerator = "tellurion export";
 
 }  // namespace tellurion::pyramid

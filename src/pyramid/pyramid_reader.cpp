@@ -71,16 +71,6 @@ struct PyramidReader::State {
 
 namespace {
 
-raster::TileSourceInfo infoOf(const std::filesystem::path& path, const DatabaseMeta& meta) {
-  return {.name = path.string(),
-          .kind = meta.kind,
-          .scheme = meta.scheme,
-          .body = meta.body,
-          .tileCells = meta.tileCells,
-          .maxLevel = meta.maxLevel,
-          .bounds = meta.bounds};
-}
-
 io::Result<std::vector<LevelSummary>> levelsOf(const TileDatabase& database) {
   const DatabaseMeta& meta = database.meta();
   auto select =
@@ -115,7 +105,7 @@ io::Result<std::shared_ptr<const PyramidReader>> PyramidReader::open(const std::
   auto state = std::make_unique<State>();
   state->path = path;
   state->meta = database->meta();
-  state->info = infoOf(path, database->meta());
+  state->info = sourceInfoOf(path.string(), database->meta());
   state->giveBack(std::move(*database));
   return std::shared_ptr<const PyramidReader>(new PyramidReader(std::move(state)));
 }

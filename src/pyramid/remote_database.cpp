@@ -51,16 +51,10 @@ io::ResourceRequest contentsRequest(const std::string& url) {
 class RemoteDatabase final : public raster::TileSource {
  public:
   RemoteDatabase(std::string url, ObjectContents contents, std::shared_ptr<io::Resources> resources)
-      : url_(std::move(url)), contents_(std::move(contents)), resources_(std::move(resources)) {
-    const DatabaseMeta& meta = contents_.meta;
-    info_ = {.name = url_,
-             .kind = meta.kind,
-             .scheme = meta.scheme,
-             .body = meta.body,
-             .tileCells = meta.tileCells,
-             .maxLevel = meta.maxLevel,
-             .bounds = meta.bounds};
-  }
+      : url_(std::move(url)),
+        contents_(std::move(contents)),
+        info_(sourceInfoOf(url_, contents_.meta)),
+        resources_(std::move(resources)) {}
 
   const raster::TileSourceInfo& info() const override { return info_; }
 

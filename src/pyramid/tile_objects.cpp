@@ -15,6 +15,7 @@
 #include "io/crc32.h"
 #include "pyramid/database.h"
 #include "pyramid/database_file.h"
+#include "pyramid/tile_set.h"
 
 namespace tellurion::pyramid {
 namespace {
@@ -104,15 +105,6 @@ io::Failure damaged(const std::string& where, std::string message) {
   return {.code = Code::corrupt, .message = std::move(message), .where = where};
 }
 
-io::Result<void> writeFile(const fs::path& path, View bytes) {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (file) return {};
-  return io::fail(Code::ioError, "cannot be written; is there room on the disk, and is the folder yours?",
-                  path.string());
-}
-
 Bytes readFile(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
@@ -161,12 +153,12 @@ class Export {
     if (auto ok = makeRevision(); !ok) return tl::unexpected(ok.error());
     const auto others = revisionsIn(folder_);
     if (!others) return tl::unexpected(others.error());
-    if (auto ok = writeFile(folder_ / kUnderWay, asBytes(std::string(kFirstLine) + contents_.revision)); !ok)
+    if (auto ok = writeWholeFile(folder_ / kUnderWay, asBytes(std::string(kFirstLine) + contents_.revision)); !ok)
       return tl::unexpected(ok.error());
     if (auto ok = writeTiles(); !ok) return tl::unexpected(ok.error());
     const Bytes bytes = encodedContents(contents_);
     const fs::path temporary = folder_ / (contents_.revision + ".new");
-    if (auto ok = writeFile(temporary, bytes); !ok) return tl::unexpected(ok.error());
+    if (auto ok = writeWholeFile(temporary, bytes); !ok) return tl::unexpected(ok.error());
     std::error_code error;
     fs::rename(temporary, folder_ / kContentsObject, error);
     if (error) return io::fail(Code::ioError, "cannot be put in its place: " + error.message(), temporary.string());
@@ -241,16 +233,14 @@ class Export {
   io::Result<void> writeTile(const TileRecord& record) {
     const fs::path path = folder_ / objectName(contents_.revision, record.id);
     std::error_code error;
-    fs::create_directories(path.parent_path(), error);
-    if (error) return io::fail(Code::ioError, "cannot be made: " + error.message(), path.parent_path().string());
     const Bytes bytes = encodedObject(record, contents_.meta.kind);
     // What may be read meanwhile is never half there.
     if (!fs::exists(path, error)) {
-      if (auto ok = writeFile(path, bytes); !ok) return ok;
+      if (auto ok = writeWholeFile(path, bytes); !ok) return ok;
     } else if (readFile(path) != bytes) {
       fs::path temporary = path;
       temporary += ".new";
-      if (auto ok = writeFile(temporary, bytes); !ok) return ok;
+      if (auto ok = writeWholeFile(temporary, bytes); !ok) return ok;
       fs::rename(temporary, path, error);
       if (error) return io::fail(Code::ioError, "cannot be replaced: " + error.message(), path.string());
     }

@@ -66,9 +66,7 @@ std::string allKeys() {
 }
 
 std::optional<double> numberIn(const Entry& entry, Range range) {
-  std::optional<double> value;
-  if (const auto* whole = std::get_if<std::int64_t>(&entry.value)) value = static_cast<double>(*whole);
-  if (const auto* real = std::get_if<double>(&entry.value)) value = *real;
+  const auto value = numberOf(entry);
   return value && within(*value, range) ? value : std::nullopt;
 }
 

@@ -35,10 +35,14 @@ std::string asText(const Entry& entry) {
   return *entry.written;
 }
 
+std::optional<double> numberOf(const Entry& entry) {
+  if (const auto* whole = std::get_if<std::int64_t>(&entry.value)) return static_cast<double>(*whole);
+  const auto* real = std::get_if<double>(&entry.value);
+  return real != nullptr ? std::optional(*real) : std::nullopt;
+}
+
 double asNumber(const Entry& entry, double low, double high) {
-  std::optional<double> value;
-  if (const auto* whole = std::get_if<std::int64_t>(&entry.value)) value = static_cast<double>(*whole);
-  if (const auto* real = std::get_if<double>(&entry.value)) value = *real;
+  const auto value = numberOf(entry);
   if (!value || !(*value >= low && *value <= high))
     complain(entry.where, fmt::format("'{}' must be a number from {} to {}", entry.key, low, high));
   return *value;

@@ -43,6 +43,8 @@ void allow(const Entry& table, const Keys& keys);
 /// Each complains where the entry is something else, or out of range. low, high: inclusive.
 const Entry& asTable(const Entry& entry);
 std::string asText(const Entry& entry);
+/// Nothing: it is none.
+std::optional<double> numberOf(const Entry& entry);
 double asNumber(const Entry& entry, double low, double high);
 int asWhole(const Entry& entry, int low, int high);
 bool asBoolean(const Entry& entry);

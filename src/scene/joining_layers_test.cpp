@@ -50,6 +50,31 @@ const Frame& settled(Globe& globe, const View& view) {
   return *frame;
 }
 
+/// Fifty frames a second of one view.
+class ByTheClock {
+ public:
+  ByTheClock(Globe& globe, const View& view) : globe_(globe), view_(view) {}
+
+  const Frame& next() {
+    globe_.waitForArrivals(5ms);
+    return globe_.update(view_, {.time_s = time_s_ += 0.02});
+  }
+  /// As settled(), and nothing fades any more.
+  const Frame& settled() {
+    const Frame* frame = &next();
+    while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20 || frame->morphing) && !isOver())
+      frame = &next();
+    return *frame;
+  }
+  bool isOver() const { return std::chrono::steady_clock::now() >= end_; }
+
+ private:
+  Globe& globe_;
+  const View& view_;
+  double time_s_ = 0.0;
+  std::chrono::steady_clock::time_point end_ = std::chrono::steady_clock::now() + 240s;
+};
+
 class JoiningLayers : public testing::TestWithParam<Scheme> {
  protected:
   const tiling::Tiling tiling{GetParam()};
@@ -98,21 +123,13 @@ TEST_P(JoiningLayers, byTheClockNothingGetsCoarserForGroundThatIsNotNested) {
   ground.planet->setNested(false);
   const auto globe = globeOf(
       {.elevation = {planet, ground.source}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
-  double time_s = 0.0;
-  const auto next = [&]() -> const Frame& {
-    globe->waitForArrivals(5ms);
-    return globe->update(view, {.time_s = time_s += 0.02});
-  };
-  const auto end = std::chrono::steady_clock::now() + 240s;
-  const Frame* frame = &next();
-  while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20 || frame->morphing) &&
-         std::chrono::steady_clock::now() < end)
-    frame = &next();
+  ByTheClock shown{*globe, view};
+  const Frame* frame = &shown.settled();
   const auto levels = levelsAt(*frame, tiling, places);
-  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+  while (!frame->complete && !shown.isOver()) {
     colours.server->serve(20);
     ground.server->serve(20);
-    frame = &next();
+    frame = &shown.next();
     ASSERT_EQ(coarserPlaces(levelsAt(*frame, tiling, places), levels), 0u);
   }
   EXPECT_TRUE(frame->complete);
@@ -131,23 +148,15 @@ TEST_P(JoiningLayers, byTheClockPicturesThatJoinLeaveTheErrorWithinTheTolerance)
   const auto globe =
       globeOf({.elevation = {planet}, .imagery = {{.source = colours.source}}, .resources = {}}, GetParam());
   const double tolerance_px = CutOptions().tolerance_px;
-  double time_s = 0.0;
-  const auto next = [&]() -> const Frame& {
-    globe->waitForArrivals(5ms);
-    return globe->update(view, {.time_s = time_s += 0.02});
-  };
-  const auto end = std::chrono::steady_clock::now() + 240s;
-  const Frame* frame = &next();
-  while ((frame->statistics.tilesWanted != 0 || frame->tiles.size() < 20 || frame->morphing) &&
-         std::chrono::steady_clock::now() < end)
-    frame = &next();
+  ByTheClock shown{*globe, view};
+  const Frame* frame = &shown.settled();
   ASSERT_LE(frame->statistics.maxScreenError_px, tolerance_px);
   std::vector<TileId> seen;
   for (const DrawnTile& tile : frame->tiles)
     seen.push_back(tile.id);
-  while (!frame->complete && std::chrono::steady_clock::now() < end) {
+  while (!frame->complete && !shown.isOver()) {
     colours.server->serve(20);
-    frame = &next();
+    frame = &shown.next();
     for (const DrawnTile& tile : frame->tiles) {
       const bool wasSeen = std::ranges::any_of(seen, [&](const TileId& id) { return oneHoldsTheOther(id, tile.id); });
       if (wasSeen) {
