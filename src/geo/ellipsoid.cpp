@@ -190,15 +190,23 @@ std::optional<double> Ellipsoid::intersect(const Ray& ray, double height_m) cons
   return nearest >= 0.0 ? nearest + halfChord : -outside / (halfChord - nearest);
 }
 
-Horizon Ellipsoid::horizon(const BodyPosition& eye, double depth_m) const {
+/// What hides a point from a raised eye hides it from all eyes below that, too. With the ellipsoid a unit sphere, the
+/// eye at e and the others within r of it, the eye is raised by L = |e| r / (1 - r), to e / (1 - r). If a tangent plane
+/// with normal n has the raised eye on the sphere's side, n . e (1 + r / (1 - r)) <= 1, it has all of them there: where
+/// the plane is so flat that n . e >= |e| r / L they are lower by L n . e / |e| >= r, and else n . e + r <= |e| r / L +
+/// r = 1.
+Horizon Ellipsoid::horizon(const BodyPosition& eye, double depth_m, double move_m) const {
   constexpr double kRounding = 1e-14;  // of squared semi-axes: 30 nm of height on Earth, for the "only when hidden"
   Horizon horizon;
   const double equatorial = a_ - depth_m;
   const double polar = semiMinorAxis_m() - depth_m;
   if (!(equatorial > 0.0 && polar > 0.0)) return horizon;
-  horizon.eye_ = eye.m;
+  const double move = move_m / polar;
+  const Vec3 from = scaledToUnit(eye.m, equatorial, polar);
+  if (move > 0.0 && !(move < 1.0 && length(from) - move > 1.0)) return horizon;
+  horizon.eye_ = eye.m / (1.0 - move);
   horizon.scale_ = Vec3(1.0 / equatorial, 1.0 / equatorial, 1.0 / polar);
-  horizon.from_ = scaledToUnit(eye.m, equatorial, polar);
+  horizon.from_ = from / (1.0 - move);
   const double tangent2 = dot(horizon.from_, horizon.from_) * (1.0 + kRounding) - 1.0;
   if (tangent2 > 0.0) horizon.tangent2_ = tangent2 + kRounding;
   return horizon;

@@ -71,8 +71,9 @@ class Ellipsoid {
   std::optional<double> intersect(const Ray& ray, double height_m = 0.0) const;
 
   /// Of an eye, with the ellipsoid shrunk by `depth_m` (>= 0: how far terrain may lie below the reference) on both
-  /// axes.
-  Horizon horizon(const BodyPosition& eye, double depth_m = 0.0) const;
+  /// axes. It hides only what is hidden from every eye within `move_m` (>= 0) of this one, and nothing where one of
+  /// them may be inside.
+  Horizon horizon(const BodyPosition& eye, double depth_m = 0.0, double move_m = 0.0) const;
 
   friend constexpr bool operator==(const Ellipsoid&, const Ellipsoid&) = default;
 

@@ -241,6 +241,35 @@ TEST(EllipsoidRay, HitsLieOnTheRaisedEllipsoidAndAreTheFirst) {
   EXPECT_GT(hits, 1000);
 }
 
+TEST(EllipsoidHorizon, HidesOnlyWhatIsHiddenFromAllEyesNearby) {
+  auto random = seededGenerator();
+  int hidden = 0;
+  for (int i = 0; i < 30000; ++i) {
+    const Ellipsoid e = i % 2 == 0 ? earth().ellipsoid : Ellipsoid(1e6, 0.2);
+    const double depth_m = uniform(random, 0.0, 1e4);
+    const auto place = [&](double height_m) {
+      return e.bodyFromGeodetic(fromDegrees(uniform(random, -90.0, 90.0), uniform(random, -180.0, 180.0), height_m));
+    };
+    const double height_m = std::exp(uniform(random, 0.0, 16.0));
+    const BodyPosition eye = place(height_m);
+    const double move_m = uniform(random, 0.0, 1.0) * height_m;
+    // Most of them just behind the edge.
+    const Vec3 aside = normalize(place(0.0).m) * (e.semiMinorAxis_m() * std::exp(uniform(random, -8.0, 0.5)));
+    const BodyPosition target = e.bodyFromGeodetic([&] {
+      Geodetic g = e.geodeticFromBody({eye.m + aside});
+      g.height_m = uniform(random, -depth_m, 2e4);
+      return g;
+    }());
+    if (!e.horizon(eye, depth_m, move_m).hides(target)) continue;
+    ++hidden;
+    for (int k = 0; k < 8; ++k) {
+      const BodyPosition other{eye.m + normalize(place(0.0).m) * (k < 6 ? move_m : uniform(random, 0.0, move_m))};
+      ASSERT_TRUE(e.horizon(other, depth_m).hides(target));
+    }
+  }
+  EXPECT_GT(hidden, 1000);
+}
+
 TEST(EllipsoidHorizon, HiddenExactlyWhereTheSightRayMeetsTheBodyFirst) {
   auto random = seededGenerator();
   int hidden = 0;

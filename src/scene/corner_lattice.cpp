@@ -2,9 +2,15 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 namespace tellurion::scene {
+namespace {
+
+constexpr float kAboveRounding = 1.001f;
+
+}  // namespace
 
 TileCorners tileCorners(const tiling::Tiling& tiling, const tiling::TileId& id) {
   const auto key = [&](double s, double t) {
@@ -45,6 +51,7 @@ std::uint32_t CornerLattice::placeOf(CornerKey key) {
 }
 
 void CornerLattice::clear() {
+  gone_ = 0.0f;
   corners_.clear();
   std::fill(slots_.begin(), slots_.end(), kFreeSlot);
 }
@@ -86,19 +93,19 @@ void CornerLattice::meetCoarser(const Places& places, const Leaf& leaf) {
   }
 }
 
-bool CornerLattice::settle(const CornerLattice* last, float step) {
-  bool atGoals = true;
+float CornerLattice::settle(const CornerLattice* last, float step) {
+  float left = 0.0f;
   for (Corner& c : corners_) {
     // What is coarser still cannot take the place of the finest: it is joined to them as they are.
-    const float goal = c.coarsestDrawn + 1 == c.finest ? 0.0f : c.goal;
-    c.value = goal;
+    if (c.coarsestDrawn + 1 == c.finest) c.goal = 0.0f;
+    c.value = c.goal;
     const Corner* before = last != nullptr ? last->find(c.key) : nullptr;
     if (before == nullptr && !c.fromParent) continue;
-    const float from = before != nullptr ? valueIn(*before, c.finest) : 0.0f;
-    c.value = std::clamp(goal, from - step * c.speed, from + step * c.speed);
-    atGoals = atGoals && c.value == goal;
+    const float from = before != nullptr ? last->valueIn(*before, c.finest) : 0.0f;
+    c.value = std::clamp(c.goal, from - step * c.speed, from + step * c.speed);
+    left = std::max(left, kAboveRounding * std::abs(c.goal - c.value) / c.speed);
   }
-  return atGoals;
+  return left;
 }
 
 const CornerLattice::Corner* CornerLattice::find(CornerKey key) const {

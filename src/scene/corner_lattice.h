@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -41,8 +42,10 @@ class CornerLattice {
   /// places, where they are asked for: filled in.
   void add(const TileCorners& corners, const Leaf& leaf, Places* places = nullptr);
   /// After all were added: values are where they should be; where there is a last frame that had the corner, no more
-  /// than `step` times its speed from its value. False: some have not reached their goal.
-  bool settle(const CornerLattice* last, float step);
+  /// than `step` times its speed from its value. Tells by how much more of that all would have reached their goals.
+  float settle(const CornerLattice* last, float step);
+  /// From here on values are by so much further on their way to their goals than settle() left them.
+  void goOn(float steps) { gone_ = steps; }
 
   /// 0 where no tile of this level has the corner, 1 where finer ones have.
   float valueAt(CornerKey corner, int level) const;
@@ -52,6 +55,15 @@ class CornerLattice {
   std::array<float, 4> valuesAt(const Places& places, int level) const {
     return {valueIn(corners_[places[0]], level), valueIn(corners_[places[1]], level),
             valueIn(corners_[places[2]], level), valueIn(corners_[places[3]], level)};
+  }
+  /// The least that any of them is now, or will be on its way to its goal.
+  float leastAt(const Places& places, int level) const {
+    float least = 1.0f;
+    for (const std::uint32_t place : places) {
+      const Corner& c = corners_[place];
+      if (level >= c.finest) least = std::min(least, level == c.finest ? std::min(valueOf(c), c.goal) : 0.0f);
+    }
+    return least;
   }
 
  private:
@@ -70,11 +82,15 @@ class CornerLattice {
   const Corner* find(CornerKey key) const;
   void meetCoarser(const Places& places, const Leaf& leaf);
   void grow();
-  static float valueIn(const Corner& corner, int level) {
+  float valueOf(const Corner& c) const {
+    return std::clamp(c.goal, c.value - gone_ * c.speed, c.value + gone_ * c.speed);
+  }
+  float valueIn(const Corner& corner, int level) const {
     if (level < corner.finest) return 1.0f;
-    return level == corner.finest ? corner.value : 0.0f;
+    return level == corner.finest ? valueOf(corner) : 0.0f;
   }
 
+  float gone_ = 0.0f;                 ///< since values were settled
   std::vector<Corner> corners_;       ///< clear() keeps its memory, and that of the slots
   std::vector<std::uint32_t> slots_;  ///< open addressing into corners_, half of them free
 };

@@ -1,6 +1,7 @@
 #include "scene/cut_collection.h"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 #include "scene/cut_past.h"
@@ -24,6 +25,7 @@ class Collection {
         out_(out) {}
 
   void run() {
+    out_.nearest_m = std::numeric_limits<double>::infinity();
     addLeaves();
     if (usesCorners_) settleCorners();
     for (DrawnLeaf& leaf : leaves_)
@@ -60,13 +62,15 @@ class Collection {
     const CutNode& node = forest_.at(leaf.node);
     SelectedTile tile{.id = node.id, .facts = node.facts, .coarseEdges = leaf.coarseEdges, .waits = node.waits};
     if (node.part) tile.over = forest_.at(node.parent).facts;
-    if (usesCorners_ && node.parent >= 0 && !node.part) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
+    leaf.isMorphed = usesCorners_ && node.parent >= 0 && !node.part;
+    if (leaf.isMorphed) tile.morph = corners_.valuesAt(leaf.places, node.id.level);
     if (!node.shown && node.part) return;
     if (!node.shown) {
       out_.soon.push_back(tile);
       return;
     }
-    tile.error_px = drawnError_px(node, tile.morph);
+    tile.error_px = drawnError_px(node, leaf);
+    out_.nearest_m = std::min(out_.nearest_m, node.distance_m);
     out_.maxScreenError_px = std::max(out_.maxScreenError_px, tile.error_px);
     leaf.drawn = static_cast<int>(out_.drawn.size());
     out_.drawn.push_back(tile);
@@ -133,10 +137,10 @@ class Collection {
   }
 
   /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
-  double drawnError_px(const CutNode& node, const std::array<float, 4>& morph) const {
+  double drawnError_px(const CutNode& node, const DrawnLeaf& leaf) const {
     if (node.parent < 0) return node.error_px;
     if (node.part) return pixelsAcross(forest_.at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
-    const double least = static_cast<double>(*std::min_element(morph.begin(), morph.end()));
+    const double least = leaf.isMorphed ? static_cast<double>(corners_.leastAt(leaf.places, node.id.level)) : 1.0;
     const double ofParent = pixelsAcross(forest_.at(node.parent).facts->error_m, node.distance_m, pixelAngle_);
     return node.error_px + (1.0 - least) * std::max(ofParent - node.error_px, 0.0);
   }
@@ -152,12 +156,12 @@ class Collection {
   }
 
   void settleCorners() {
-    const bool atGoals = history_ != nullptr
-                             ? corners_.settle(&history_->last->corners, static_cast<float>(history_->step))
-                             : corners_.settle(nullptr, 1.0f);
-    out_.morphing = !atGoals || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
-      return n.waits || (n.part && n.facts->drawable) || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
-    });
+    out_.fading = history_ != nullptr ? corners_.settle(&history_->last->corners, static_cast<float>(history_->step))
+                                      : corners_.settle(nullptr, 1.0f);
+    out_.morphing =
+        out_.fading > 0.0f || std::any_of(forest_.nodes.begin(), forest_.nodes.end(), [&](const CutNode& n) {
+          return n.waits || (n.part && n.facts->drawable) || (n.kept && n.firstChild >= 0 && isReadyToMerge(n));
+        });
   }
 
   const CutOptions& options_;
@@ -172,6 +176,14 @@ class Collection {
 };
 
 }  // namespace
+
+void moveOn(const CornerLattice& corners, const CollectionBuffers& buffers, Selection& out) {
+  for (const DrawnLeaf& leaf : buffers.leaves) {
+    if (leaf.drawn < 0 || !leaf.isMorphed) continue;
+    SelectedTile& tile = out.drawn[static_cast<std::size_t>(leaf.drawn)];
+    tile.morph = corners.valuesAt(leaf.places, tile.id.level);
+  }
+}
 
 void collectCut(const CutOptions& options, const CutHistory* history, double pixelAngle, CutForest& forest,
                 CollectionBuffers& buffers, Selection& out) {

@@ -50,12 +50,14 @@ double shareBetween(double inner, double outer) {
 }  // namespace
 
 CutSight::CutSight(const View& view, const geo::Ellipsoid& ellipsoid, const CutOptions& options, double occluderDepth_m,
-                   bool looksAhead, bool fadesIn)
+                   bool looksAhead, bool fadesIn, const Leeway& leeway)
     : view_(view),
-      picture_(view),
-      frustum_(view, looksAhead && std::isfinite(options.margin) ? options.margin : 0.0),
-      pictureHorizon_(ellipsoid.horizon(view.eye, occluderDepth_m)),
-      horizon_(ellipsoid.horizon(looksAhead ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m)),
+      picture_(view, leeway.turn, leeway.move_m),
+      frustum_(view, std::max(looksAhead && std::isfinite(options.margin) ? options.margin : 0.0, leeway.turn),
+               leeway.move_m),
+      pictureHorizon_(ellipsoid.horizon(view.eye, occluderDepth_m, leeway.move_m)),
+      horizon_(ellipsoid.horizon(looksAhead ? lifted(view.eye, ellipsoid) : view.eye, occluderDepth_m, leeway.move_m)),
+      move_m_(leeway.move_m),
       pixelAngle_(view.pixelAngle()),
       tolerance_px_(options.tolerance_px),
       texelTolerance_px_(options.texelTolerance_px),

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <utility>
 
 namespace tellurion::scene {
 
@@ -16,10 +17,10 @@ class Doorbell {
     }
     wake_.notify_all();
   }
-  /// What has arrived until now is being looked at.
-  void quiet() {
+  /// What has arrived until now is being looked at. True: something has.
+  bool quiet() {
     const std::lock_guard lock(mutex_);
-    rung_ = false;
+    return std::exchange(rung_, false);
   }
   /// Sleeps until it rings, or has rung since it was quieted. False: the time is over.
   bool wait(std::chrono::milliseconds timeout) {

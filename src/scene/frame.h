@@ -106,6 +106,7 @@ struct Light {
 
 struct FrameStatistics {
   double update_ms = 0.0;
+  int cutAge = 0;  ///< updates since the cut was made; 0: in this one. The next figures are from then
   int tilesVisited = 0;
   int tilesCulledFrustum = 0;
   int tilesCulledHorizon = 0;

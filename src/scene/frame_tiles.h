@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -23,6 +24,8 @@ class FrameTiles {
   void add(const SelectedTile& tile, const ContentMaker& maker);
   /// What is added from here on is not drawn, but comes soon.
   void beginSoon() { isSoon_ = true; }
+  /// The frame's pictures lie in this order.
+  bool isInOrder(std::span<const std::uint32_t> order) const { return std::ranges::equal(order, order_); }
   /// Lets go of what only the last frame had.
   void finish();
 

@@ -28,9 +28,16 @@ class Generation {
   TileLoading loading;
   TilesAhead ahead;
 
-  /// Takes in what has been made and cuts. Valid until the next call.
+  /// Takes in what has been made and cuts, or keeps the last cut, where that may be and is right for this view too:
+  /// with a clock it is made for the views around one (Leeway). Then nothing was looked at and nothing has to be asked
+  /// for, and of its tiles only how they morph has changed. hasCome: something that was asked for may have. Valid until
+  /// the next call.
   const Selection& cut(const View& view, const CutOptions& options, double exaggeration,
-                       std::span<const LayerLook> looks, const Residency* gpu);
+                       std::span<const LayerLook> looks, const Residency* gpu, bool mayKeep, bool hasCome);
+  /// How many updates ago the last cut was made, 0 in the one that made it.
+  int age() const { return age_; }
+  /// Something has come since the last cut that it may have waited for: one of the next updates takes it up.
+  bool isBehind() const { return hasArrivals_ && lastCut_ != nullptr && !isSettled(); }
   /// After the cut and looking ahead: drops tiles until contents take no more than that, but none that these need.
   void evict(std::uint64_t budgetBytes) { forest.evict(budgetBytes, ahead.neededSince()); }
   /// Of the last cut, as Selection has them; empty before the first.
@@ -45,17 +52,37 @@ class Generation {
   std::vector<const LayerTiles*> waitedFor() const;
 
  private:
-  const CutHistory* historyAt(const CutOptions& options);
+  void receive();
+  bool canKeep(const View& view, const CutOptions& options, double exaggeration, std::span<const LayerLook> looks,
+               const Residency* gpu) const;
+  const CutHistory* historyFor(const View& view, const CutOptions& options);
+  bool isSettled() const { return lastCut_->wanted.empty() && !lastCut_->morphing && loading.isIdle(); }
+  void tellTime(const View& view, const CutOptions& options);
 
   bool groundIsNested_;
   Selector selector_;
   const Selection* lastCut_ = nullptr;
   std::chrono::steady_clock::time_point lastArrival_;
-  std::vector<double> rootShares_;     ///< Selection's of the last cut
-  std::array<CutMemory, 2> memories_;  ///< of the last time and of this one; which is which, history says
+  std::vector<double> rootShares_;                      ///< Selection's of the last cut
+  std::array<CutMemory, 2> memories_;                   ///< of cuts, the newer second
+  std::array<std::optional<double>, 2> memoryTimes_s_;  ///< when they were made
   CutHistory history_{.last = &memories_[0], .now = &memories_[1]};
-  std::optional<double> time_s_;      ///< of memories' newer one
-  std::optional<double> lastTime_s_;  ///< and of the older
+  /// An update's view and the scene's clock.
+  struct Moment {
+    View view;
+    double time_s = 0.0;
+  };
+  std::optional<Moment> now_;
+  std::optional<Moment> before_;  ///< the last at another time
+  /// What the last cut was made for; nothing where it had no history.
+  struct Made {
+    View view;
+    CutOptions options;
+    Leeway leeway;
+  };
+  std::optional<Made> made_;
+  int age_ = 0;
+  bool hasArrivals_ = false;  ///< since the last cut
 };
 
 }  // namespace tellurion::scene

@@ -66,10 +66,12 @@ struct Globe::State {
   bool mayTakeOver(const Selection& ofShown, const CutOptions& options) const;
   bool nextStandsStill(Clock::time_point now) const;
   void request(const View& view, const CutOptions& options, const Selection& ofShown);
-  const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu);
+  const Selection& cut(const View& view, const CutOptions& options, const Residency* gpu, bool hasCome);
+  void refreshFrame(const View& view, const Selection& selection);
+  bool frameIsOfTheseTiles() const;
   std::uint64_t retiredBytes() const;
   void evict();
-  void fillFrame(const View& view, const Selection& selection);
+  void fillTiles(const Selection& selection);
   void fillSoon(const Selection& selection);
   void fillStatistics(const Selection& selection);
   void fillDebug(const CutOptions& options);
@@ -105,6 +107,8 @@ struct Globe::State {
   const Selection* nextCut = nullptr;                ///< of this update; null without next
   std::vector<std::string> imageryNames;
   std::vector<std::uint32_t> imageryOrder;  ///< bottom first
+  bool isKept = false;                      ///< this update keeps the last one's cut
+  std::uint64_t frameRenewals = 0;          ///< TileForest's, of the frame's tiles
   Frame frame;
   FrameTiles frameTiles;  ///< fills it
   DrawnPatches patches;   ///< likewise, after that
@@ -176,8 +180,14 @@ bool Globe::State::nextStandsStill(Clock::time_point now) const {
 /// come, whose days come, and only when that stands still.
 void Globe::State::request(const View& view, const CutOptions& options, const Selection& ofShown) {
   const std::optional<View> soon = viewAhead(view, options);
+  // An update that keeps the cut has time for what lies ahead.
+  const bool wasKept = std::exchange(isKept, shown->age() > 0);
+  if (isKept) {
+    shown->ahead.look(soon, options, shown->forest);
+    return;
+  }
   const auto ask = [&](Generation& one, const Selection& selection) {
-    one.ahead.look(soon, options, one.forest);
+    if (!soon || !wasKept) one.ahead.look(soon, options, one.forest);
     one.loading.request(selection.wanted, one.ahead.wanted(one.forest));
   };
   shownGoesOn = !next || nextStandsStill(Clock::now());
@@ -192,11 +202,11 @@ void Globe::State::request(const View& view, const CutOptions& options, const Se
 }
 
 /// What is drawn, and what is asked for.
-const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu) {
+const Selection& Globe::State::cut(const View& view, const CutOptions& cutOptions, const Residency* gpu, bool hasCome) {
   const auto now = Clock::now();
   if (roster->advance(now, shown->rootShares(), next != nullptr)) beginNext(now);
   const auto cutThrough = [&](Generation& one) {
-    return &one.cut(view, cutOptions, frame.exaggeration, frame.looks, gpu);
+    return &one.cut(view, cutOptions, frame.exaggeration, frame.looks, gpu, !next, hasCome);
   };
   const Selection* selection = cutThrough(*shown);
   nextCut = next ? cutThrough(*next) : nullptr;
@@ -237,8 +247,8 @@ Light Globe::State::lightFor(const View& view) const {
   return light;
 }
 
-void Globe::State::fillFrame(const View& view, const Selection& selection) {
-  const ContentMaker& maker = shown->forest.maker();
+/// All of the frame but its tiles.
+void Globe::State::refreshFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
   fillStatistics(selection);
@@ -246,6 +256,22 @@ void Globe::State::fillFrame(const View& view, const Selection& selection) {
   frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
                    !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
+  frame.soonCopies_bytes = spareCopies_bytes;
+}
+
+/// The cut is that of the last update, and so is what its tiles show.
+bool Globe::State::frameIsOfTheseTiles() const {
+  return isKept && frameRenewals == shown->forest.renewals() && frameTiles.isInOrder(imageryOrder);
+}
+
+void Globe::State::fillTiles(const Selection& selection) {
+  if (frameIsOfTheseTiles()) {
+    for (std::size_t i = 0; selection.fading > 0.0f && i < selection.drawn.size(); ++i)
+      frame.tiles[i].morph = selection.drawn[i].morph;
+    return;
+  }
+  frameRenewals = shown->forest.renewals();
+  const ContentMaker& maker = shown->forest.maker();
   frameTiles.begin(frame, imageryOrder);
   for (const SelectedTile& tile : selection.drawn)
     frameTiles.add(tile, maker);
@@ -258,7 +284,6 @@ void Globe::State::fillSoon(const Selection& selection) {
   frameTiles.beginSoon();
   for (const SelectedTile& tile : selection.soon)
     frameTiles.add(tile, shown->forest.maker());
-  frame.soonCopies_bytes = spareCopies_bytes;
   if (next) {
     for (const SelectedTile& tile : nextCut->drawn)
       frameTiles.add(tile, next->forest.maker());
@@ -268,6 +293,7 @@ void Globe::State::fillSoon(const Selection& selection) {
 
 void Globe::State::fillStatistics(const Selection& selection) {
   FrameStatistics& s = frame.statistics;
+  s.cutAge = shown->age();
   s.tilesVisited = selection.visited;
   s.tilesCulledFrustum = selection.culledFrustum;
   s.tilesCulledHorizon = selection.culledHorizon;
@@ -449,14 +475,15 @@ std::vector<io::Failure> Globe::troubles() const {
 const Frame& Globe::update(const View& view, const CutOptions& options, const Residency* gpu) {
   const auto start = Clock::now();
   State& s = *state_;
-  s.bell.quiet();
+  const bool hasCome = s.bell.quiet();
   s.receive();
   const View& cutView = s.frame.debug.frozenCut ? *s.frame.debug.frozenCut : view;
-  const Selection& selection = s.cut(cutView, options, gpu);
+  const Selection& selection = s.cut(cutView, options, gpu, hasCome);
   s.renewPictures(selection, gpu);
-  s.fillFrame(view, selection);
+  s.refreshFrame(view, selection);
+  s.fillTiles(selection);
   s.fillDebug(options);
-  s.evict();
+  if (!s.isKept) s.evict();
   s.frame.statistics.update_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   return s.frame;
 }
@@ -464,7 +491,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
 bool Globe::waitForArrivals(std::chrono::milliseconds timeout) {
   State& s = *state_;
   const auto now = Clock::now();
-  if ((!s.shownGoesOn && s.nextStandsStill(now)) || s.roster->isDue(now)) return true;
+  if ((!s.shownGoesOn && s.nextStandsStill(now)) || s.roster->isDue(now) || s.shown->isBehind()) return true;
   const bool isComing = s.roster->stepsComing() > 0 || s.renewal->outOfDate() > 0 || !s.shown->loading.isIdle() ||
                         (s.next && !s.next->loading.isIdle()) || s.roster->coming() > 0;
   return isComing && s.bell.wait(timeout);

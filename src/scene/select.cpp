@@ -41,12 +41,19 @@ const Selection& Selector::select(const View& view, const CutOptions& options, d
   Work& work = *work_;
   clear(work.out);
   const CutSight sight(view, work.ellipsoid, options, occluderDepth_m, options.morph,
-                       options.morph && history == nullptr);
+                       options.morph && history == nullptr, history != nullptr ? history->leeway : Leeway{});
   const CutPast past(history);
   growCut({.tiling = work.tiling, .options = options, .sight = sight, .past = past, .tree = tree}, work.growth,
           work.out);
   sortWanted(work.out.wanted);
   collectCut(options, history, view.pixelAngle(), work.growth.forest, work.collection, work.out);
+  return work.out;
+}
+
+const Selection& Selector::goOn(double steps, CutMemory& memory) {
+  Work& work = *work_;
+  memory.corners.goOn(static_cast<float>(steps));
+  moveOn(memory.corners, work.collection, work.out);
   return work.out;
 }
 

@@ -15,6 +15,7 @@
 #include "scene/cut_memory.h"
 #include "scene/oriented_box.h"
 #include "scene/tiles_around.h"
+#include "scene/view_leeway.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -50,6 +51,8 @@ struct CutOptions {
   /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
   /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.
   std::uint64_t copies_bytes = std::uint64_t{8} << 20;
+
+  friend bool operator==(const CutOptions&, const CutOptions&) = default;
 };
 
 /// What the cut knows of a tile, loaded or not.
@@ -129,6 +132,8 @@ struct Selection {
   std::vector<double> rootShares;  ///< of the picture, a root each, > 0 if it may be seen
   bool cappedByBudget = false;     ///< a budget left something coarser than the tolerance
   bool morphing = false;           ///< some tile is still on its way to where it should be: with a history only
+  float fading = 0.0f;             ///< how many whole ways from 0 to 1 until all morph values are where they should be
+  double nearest_m = 0.0;          ///< the distance of the nearest drawn tile; infinite: there is none
   double maxScreenError_px = 0.0;  ///< of what is drawn
 };
 
@@ -138,6 +143,7 @@ struct CutHistory {
   const CutMemory* last = nullptr;  ///< not null
   CutMemory* now = nullptr;         ///< not null; is overwritten
   double step = 1.0;                ///< the most that a morph value (0..1) may have changed since
+  Leeway leeway = {};               ///< for all of these views besides
 };
 
 /// Chooses what to draw (docs/selection.md). From the roots down, worst first, a tile is replaced by its four children
@@ -153,9 +159,11 @@ struct CutHistory {
 /// given: then a tile that was drawn is split only once it has wholly left its parent's surface, and four children
 /// become their parent only once they are back on its; and what was drawn finer stays so beside what comes into view
 /// and is not loaded: parts of parents' meshes (SelectedTile::over), and neighbours more than one level apart, that are
-/// then `joined`. Where ground is not nested all is held ready for an eye that turns instead: all four children are
-/// waited for, and all neighbours are at most one level apart. occluderDepth_m: how far below the ellipsoid the deepest
-/// ground of the body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
+/// then `joined`. With a leeway it is right for each of those views: nothing is left out that one of them may see, and
+/// errors are what they are from the nearest eye at most, now and until all morph values are where they should be.
+/// Where ground is not nested all is held ready for an eye that turns instead: all four children are waited for, and
+/// all neighbours are at most one level apart. occluderDepth_m: how far below the ellipsoid the deepest ground of the
+/// body lies, >= 0 (horizon culling hides nothing behind ground that may not be there).
 Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, const View& view,
                  const CutOptions& options, double occluderDepth_m, TileTree& tree,
                  const CutHistory* history = nullptr);
@@ -171,6 +179,9 @@ class Selector {
   /// Valid until the next call.
   const Selection& select(const View& view, const CutOptions& options, double occluderDepth_m, TileTree& tree,
                           const CutHistory* history = nullptr);
+  /// The same selection, made with a history, its morph values by so many whole ways further than they were then; the
+  /// memory too.
+  const Selection& goOn(double steps, CutMemory& memory);
 
  private:
   struct Work;

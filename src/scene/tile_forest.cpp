@@ -64,7 +64,8 @@ void TileForest::lookAt(std::span<const LayerLook> looks) {
 }
 
 void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) {
-  if (!used_.empty()) sortOutUnused();  // nobody had it evict
+  if (!isSortedOut_) sortOutUnused();  // nobody had it evict
+  isSortedOut_ = false;
   ++updates_;
   lookAt(looks);
   exaggeration_ = exaggeration;
@@ -75,13 +76,18 @@ void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, co
   arrivals_ = gpu != nullptr ? gpu->arrivals() : 0;
 }
 
+bool TileForest::isAsAt(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) const {
+  return exaggeration == exaggeration_ && gpu == gpu_ && (gpu == nullptr || gpu->departures() == departures_) &&
+         std::ranges::equal(looks, wasVisible_, {}, &LayerLook::visible);
+}
+
 /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
 /// the first of four children before the last has come, for ever.
 void TileForest::countAsUsed(TileRecord& r) {
   if (r.lastUse == updates_) return;
   if (r.isUnused) unused_.remove(r);
   r.lastUse = updates_;
-  used_.push_back(&r);
+  (isSortedOut_ ? lastUsed_ : used_).push_back(&r);
 }
 
 TileFacts* TileForest::use(TileRecord& r) {
@@ -222,6 +228,7 @@ void TileForest::take(const tiling::TileId& id, std::shared_ptr<const TileConten
 
 void TileForest::renew(const tiling::TileId& id, std::shared_ptr<const TileContent> content) {
   TileRecord& r = record(id);
+  ++renewals_;
   contentBytes_ += content->bytes - r.content->bytes;
   r.content = std::move(content);
   r.bytes = r.content->bytes;
@@ -252,6 +259,7 @@ void TileForest::sortOutUnused() {
   }
   std::swap(lastUsed_, used_);
   used_.clear();
+  isSortedOut_ = true;
 }
 
 void TileForest::evict(std::uint64_t budgetBytes, std::uint64_t heldSince) {

@@ -28,6 +28,9 @@ class TileForest final : public TileTree {
   /// or null; both are asked while the update lasts.
   void begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu);
   std::uint64_t updates() const { return updates_; }
+  /// What the last update found is what one with these would find, but for what has come since.
+  bool isAsAt(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) const;
+  std::uint64_t renewals() const { return renewals_; }  ///< how often renew() was called
 
   TileFacts* root(int root) override;
   std::array<TileFacts*, 4> children(const tiling::TileId& id, TileFacts& facts) override;
@@ -64,11 +67,13 @@ class TileForest final : public TileTree {
 
   ContentMaker maker_;
   std::unordered_map<tiling::TileId, TileRecord, tiling::TileIdHash> records_;
-  std::vector<TileRecord*> used_;      ///< by this update
-  std::vector<TileRecord*> lastUsed_;  ///< by the one before
+  std::vector<TileRecord*> used_;      ///< by this update, until it sorts out what is unused
+  std::vector<TileRecord*> lastUsed_;  ///< by the one before, and after that by this one
+  bool isSortedOut_ = true;            ///< this update has
   UnusedRecords unused_;               ///< all others
   std::uint64_t contentBytes_ = 0;
   std::uint64_t updates_ = 0;
+  std::uint64_t renewals_ = 0;
   double exaggeration_ = 1.0;
   const Residency* gpu_ = nullptr;    ///< of this update
   std::uint64_t departures_ = 0;      ///< of that

@@ -6,7 +6,7 @@
 
 namespace tellurion::scene {
 
-ViewFrustum::ViewFrustum(const View& view, double margin) : eye_(view.eye.m) {
+ViewFrustum::ViewFrustum(const View& view, double margin, double move_m) : eye_(view.eye.m), slack_m_(move_m + 1e-6) {
   const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
   const double y = std::tan(view.verticalFov.radians() / 2.0) * (1.0 + margin);
   const double x = y * view.viewport.width / view.viewport.height;
@@ -23,7 +23,7 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
     const auto bit = static_cast<std::uint8_t>(1u << i);
     if ((within & bit) != 0) continue;
     const geo::Vec3& n = inward_[i];
-    double reach = 1e-6;
+    double reach = slack_m_;
     for (const geo::Vec3& axis : box.halfAxes)
       reach += std::abs(geo::dot(axis, n));
     const double inside = geo::dot(centre, n);

@@ -16,8 +16,9 @@ class ViewFrustum {
  public:
   static constexpr std::uint8_t kAllPlanes = 0x1F;
 
-  /// margin: how far beyond the sides of the picture it reaches, as a share of half the picture.
-  explicit ViewFrustum(const View& view, double margin = 0.0);
+  /// margin: how far beyond the sides of the picture it reaches, as a share of half the picture. move_m: of all eyes
+  /// that are so near to the view's.
+  explicit ViewFrustum(const View& view, double margin = 0.0, double move_m = 0.0);
 
   /// Conservative: false only when no point of the box falls into the picture.
   bool mayShow(const OrientedBox& box) const { return planesAround(box).has_value(); }
@@ -29,6 +30,7 @@ class ViewFrustum {
 
  private:
   geo::Vec3 eye_;
+  double slack_m_;                   ///< that the planes lie further out
   std::array<geo::Vec3, 5> inward_;  ///< unit normals of planes through the eye
 };
 

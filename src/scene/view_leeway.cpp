@@ -1,0 +1,55 @@
+#include "scene/view_leeway.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tellurion::scene {
+namespace {
+
+// Measured: docs/selection.md, "Most frames choose nothing".
+constexpr double kFrames = 4.0;          ///< that an eye goes on
+constexpr double kNearestShare = 0.025;  ///< of the distance to the nearest ground, that it may move
+constexpr double kMostTurn = 0.005;
+
+/// How far the picture reaches beyond the sides of the other, from one eye: a share of half of that, 0 or less when it
+/// does not.
+double reachBeyond(const View& view, const View& other) {
+  const double y = std::tan(view.verticalFov.radians() / 2.0);
+  const double x = y * view.viewport.width / view.viewport.height;
+  const geo::Mat3 otherFromView = other.viewFromBody * glm::transpose(view.viewFromBody);
+  double most = 0.0;
+  for (const double right : {-x, x}) {
+    for (const double up : {-y, y}) {
+      const geo::Vec3 corner = otherFromView * geo::Vec3(right, up, -1.0);
+      if (!(corner.z < 0.0)) return std::numeric_limits<double>::infinity();
+      most = std::max({most, std::abs(corner.x / corner.z) / x, std::abs(corner.y / corner.z) / y});
+    }
+  }
+  return most - 1.0;
+}
+
+bool areAlike(const View& a, const View& b) {
+  return a.verticalFov == b.verticalFov && a.viewport.width == b.viewport.width &&
+         a.viewport.height == b.viewport.height;
+}
+
+}  // namespace
+
+bool isWithin(const View& view, const View& middle, const Leeway& leeway) {
+  if (!areAlike(view, middle) || !(geo::length(view.eye - middle.eye) <= leeway.move_m)) return false;
+  return view.viewFromBody == middle.viewFromBody || reachBeyond(view, middle) <= leeway.turn;
+}
+
+Leeway leewayFor(const View& before, const View& now, double nearest_m) {
+  if (!areAlike(before, now)) return {};
+  const double moved_m = geo::length(now.eye - before.eye);
+  const bool isTurned = now.viewFromBody != before.viewFromBody;
+  const double turned = isTurned ? std::max(reachBeyond(now, before), 0.0) : 0.0;
+  const double most_m = kNearestShare * std::max(nearest_m, 0.0);
+  // Who leaps, or is too fast for one frame to follow another within it, would only pay for it.
+  if (moved_m > most_m || turned > kMostTurn) return {};
+  return {.move_m = std::min(kFrames * moved_m, most_m), .turn = std::min(kFrames * turned, kMostTurn)};
+}
+
+}  // namespace tellurion::scene
