@@ -13,7 +13,7 @@
 namespace tellurion::pyramid {
 
 /// Part of every key: raised when the same inputs would give other bytes.
-inline constexpr int kBuilderVersion = 2;
+inline constexpr int kBuilderVersion = 3;
 
 class ImageryCleaning;
 

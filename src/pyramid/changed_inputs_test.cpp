@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <fstream>
 
 #include "pyramid/build_output.h"
 #include "pyramid/pyramid_builder.h"
