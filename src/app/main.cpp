@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -35,6 +36,9 @@ std::string subcommandProblem(const CLI::App& program, std::string_view word) {
 }  // namespace
 
 int main(int argc, char** argv) {
+#ifdef SIGXFSZ
+  std::signal(SIGXFSZ, SIG_IGN);  // a file larger than a limit allows is a failure of write(), not our end
+#endif
   CLI::App program{"Tellurion draws whole planets, from orbit down to a centimetre on the ground."};
   program.require_subcommand(1);
   program.set_version_flag("--version", TELLURION_VERSION);

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
+#include <system_error>
 
 namespace tellurion::io {
 namespace {
@@ -12,6 +14,15 @@ constexpr int kBusyTimeout_ms = 10'000;
 constexpr int kLargestValue = 64 << 20;
 
 using Code = Failure::Code;
+
+/// What the system said of the database's file: a quota, a file too large, a device that fails. (Of a failed commit
+/// sqlite3_system_errno() knows nothing.) Empty: nothing, or of the journal.
+std::string causeOf(sqlite3* database) {
+  int cause = 0;
+  const bool isKnown =
+      database != nullptr && sqlite3_file_control(database, "main", SQLITE_FCNTL_LAST_ERRNO, &cause) == SQLITE_OK;
+  return !isKnown || cause == 0 ? std::string() : ": " + std::generic_category().message(cause);
+}
 
 Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
   const std::string detail = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(resultCode);
@@ -28,7 +39,7 @@ Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
       return failure(Code::ioError,
                      "the disk is full; nothing is lost: free some space and run the same command again");
     case SQLITE_IOERR:
-      return failure(Code::ioError, "reading or writing failed (" + detail +
+      return failure(Code::ioError, "reading or writing failed (" + detail + causeOf(database) +
                                         "); what was committed is safe, the same command goes on from there");
     case SQLITE_BUSY:
     case SQLITE_LOCKED:

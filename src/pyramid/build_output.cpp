@@ -101,10 +101,9 @@ io::Result<OpenedOutput> openExisting(const fs::path& part, const BuildPlan& pla
 bool wouldFailAgain(const io::Failure& failure, const BuildPlan& plan, const fs::path& part) {
   const auto input = std::ranges::find(plan.inputs, failure.where, &PlannedInput::path);
   if (input != plan.inputs.end()) {
-    std::error_code error;
-    if (!fs::exists(input->path, error)) return false;
-    return failure.code == Code::corrupt || failure.code == Code::invalidArgument ||
-           signatureOf(*input) != input->signature;
+    const auto unchanged = checkUnchanged(*input);
+    if (!unchanged) return unchanged.error().code != Code::notFound;
+    return failure.code == Code::corrupt || failure.code == Code::invalidArgument;
   }
   const bool isBelow = plan.base && (failure.where == plan.base->string() || failure.where == part.string());
   return failure.code == Code::corrupt && isBelow;
@@ -147,7 +146,12 @@ int jobsFor(const BuildOptions& options) {
 
 io::Failure afterFailure(io::Failure failure, const BuildOptions& options, const BuildPlan& plan,
                          const fs::path& part) {
-  if (!wouldFailAgain(failure, plan, part)) return failure;
+  if (!wouldFailAgain(failure, plan, part)) {
+    const auto input = std::ranges::find(plan.inputs, failure.where, &PlannedInput::path);
+    if (input == plan.inputs.end() || checkUnchanged(*input)) return failure;
+    failure.message += "; what is built is kept: put the file back and run the same command again, which goes on";
+    return failure;
+  }
   std::error_code error;
   fs::remove(part, error);
   failure.message += options.append ? fmt::format("; nothing was appended, {} is as it was", options.output.string())

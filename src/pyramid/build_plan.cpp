@@ -294,6 +294,18 @@ std::string signatureOf(const PlannedInput& input) {
   return text;
 }
 
+io::Result<void> checkUnchanged(const PlannedInput& input) {
+  if (signatureOf(input) == input.signature) return {};
+  std::error_code error;
+  const auto isAway = [&](const std::string& file) { return !std::filesystem::exists(file, error); };
+  if (isAway(input.path) || std::ranges::any_of(input.files, isAway)) {
+    return io::fail(Code::notFound, "went away while it was built from", input.path);
+  }
+  return io::fail(Code::invalidArgument,
+                  "changed while it was built from; run the same command again when nothing writes it any more",
+                  input.path);
+}
+
 double heightStepFor(double heightQuantum_m) {
   if (!(heightQuantum_m > 0.0) || !std::isfinite(heightQuantum_m)) return 0.0;
   return std::exp2(std::floor(std::log2(heightQuantum_m / 16.0)));
@@ -328,6 +340,9 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
     if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
     if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
+    // Else the signature would be that of nothing, and the build another one once the file is back.
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file any more", path);
     if (auto ok = addVerticalDatum(file->info(), plan); !ok) return tl::unexpected(ok.error());
     signatures += "\n" + plan.inputs.back().signature;
   }

@@ -13,7 +13,7 @@
 namespace tellurion::pyramid {
 
 /// Part of every key: raised when the same inputs would give other bytes.
-inline constexpr int kBuilderVersion = 2;
+inline constexpr int kBuilderVersion = 3;
 
 class ImageryCleaning;
 
@@ -33,6 +33,9 @@ struct PlannedInput {
 
 /// What tells one content of an input from another without reading it: names, sizes and times of all its files.
 std::string signatureOf(const PlannedInput& input);
+/// Whether an input is still what it was planned as. notFound: one of its files is away, and may come back;
+/// invalidArgument: it is another one now.
+io::Result<void> checkUnchanged(const PlannedInput& input);
 
 /// All that is decided before the first tile is made. Immutable: worker threads share it.
 struct BuildPlan {

@@ -64,10 +64,19 @@ io::Result<void> BuildRun::run(BuildPosition start) {
       if (groupIsOpen_) database_.rollback();
       return ok;
     }
-    if (position_.level == 0 || cut_.part) return {};
+    if (position_.level == 0 || cut_.part) return checkInputs();
     position_.level -= 1;
     position_.row = 0;
   }
+}
+
+/// What was read of a file that is written meanwhile is of no one content. One that is gone was whole when it was
+/// opened.
+io::Result<void> BuildRun::checkInputs() const {
+  for (const PlannedInput& input : plan_.inputs) {
+    if (auto ok = checkUnchanged(input); !ok && ok.error().code != Code::notFound) return ok;
+  }
+  return {};
 }
 
 std::set<std::string> BuildRun::warnings() const {

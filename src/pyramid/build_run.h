@@ -58,6 +58,7 @@ class BuildRun {
   io::Result<void> commitGroup();
   TileMaker& makerOfThisThread();
   io::Result<void> estimate();
+  io::Result<void> checkInputs() const;
   void report();
 
   const BuildPlan& plan_;

@@ -82,12 +82,18 @@ io::Result<void> createTables(const io::SqliteConnection& connection, const Data
   return hasFills(meta) ? connection.execute(kFillsTable) : io::Result<void>{};
 }
 
-/// What every writing connection needs so that the file's bytes depend on its content alone: a fixed page size, no
-/// pages written before a commit, a rollback journal that is gone after it.
+/// Bytes. What a row leaves of its last page is lost: half a page of each, where rows are longer than pages. So pages
+/// of elevation are small; pictures are a few times as large, and SQLite's 2^32 pages have to hold a planet of them.
+int pageSizeFor(raster::Kind kind) {
+  return kind == raster::Kind::elevation ? 1024 : 4096;
+}
+
+/// What every writing connection needs so that the file's bytes depend on its content alone: no pages written before a
+/// commit, a rollback journal that is gone after it.
 io::Result<void> prepareWriting(const io::SqliteConnection& connection) {
-  for (const std::string_view sql : {"PRAGMA page_size = 4096", "PRAGMA auto_vacuum = 0", "PRAGMA encoding = 'UTF-8'",
-                                     "PRAGMA journal_mode = DELETE", "PRAGMA synchronous = FULL",
-                                     "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF"}) {
+  for (const std::string_view sql :
+       {"PRAGMA auto_vacuum = 0", "PRAGMA encoding = 'UTF-8'", "PRAGMA journal_mode = DELETE",
+        "PRAGMA synchronous = FULL", "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF"}) {
     if (auto ok = connection.execute(sql); !ok) return ok;
   }
   return {};
@@ -136,6 +142,8 @@ io::Result<TileDatabase> TileDatabase::create(const std::filesystem::path& path,
                                               const BuildPosition& start) {
   auto connection = io::SqliteConnection::open(path, io::SqliteConnection::Mode::create);
   if (!connection) return tl::unexpected(connection.error());
+  const std::string pages = fmt::format("PRAGMA page_size = {}", pageSizeFor(meta.kind));
+  if (auto ok = connection->execute(pages); !ok) return tl::unexpected(ok.error());
   if (auto ok = prepareWriting(*connection); !ok) return tl::unexpected(ok.error());
   TileDatabase database(std::move(*connection), meta);
   if (auto ok = database.begin(); !ok) return tl::unexpected(ok.error());

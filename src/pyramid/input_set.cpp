@@ -77,10 +77,11 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   slot.lastUse = ++uses_;
   if (slot.file) return &*slot.file;
   if (openFiles_ >= mostOpen_) closeOldest();
-  const std::string& path = plan_.inputs[static_cast<std::size_t>(input)].path;
+  const PlannedInput& planned = plan_.inputs[static_cast<std::size_t>(input)];
+  if (auto ok = checkUnchanged(planned); !ok) return tl::unexpected(ok.error());
   raster::RasterOptions options = plan_.rasterOptions;
   options.cacheBytes = cacheBytes_;
-  auto opened = raster::RasterFile::open(path, plan_.meta.kind, options);
+  auto opened = raster::RasterFile::open(planned.path, plan_.meta.kind, options);
   if (!opened) return tl::unexpected(opened.error());
   slot.file.emplace(std::move(*opened));
   ++openFiles_;

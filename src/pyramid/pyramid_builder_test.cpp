@@ -10,6 +10,7 @@
 #include <random>
 #include <thread>
 
+#include "io/sqlite.h"
 #include "pyramid/build_plan.h"
 #include "pyramid/synthetic_rasters_test.h"
 #include "pyramid/tile_maker.h"
@@ -233,6 +234,37 @@ TEST_F(PyramidBuilder, AnInputThatGoesAwayKeepsWhatIsDone) {
   for (const std::string& path : inputs)
     fs::rename(path + ".away", path);
   EXPECT_TRUE(buildPyramid(build)->resumed);
+}
+
+TEST_F(PyramidBuilder, LittleOfAnElevationFileIsLostToItsPages) {
+  const BuildOptions build = options("out.tdb", {std::string(TELLURION_SOURCE_DIR "/data/mars/mola_dem_4ppd.tif")});
+  const auto reader = builtPyramid(build);
+  ASSERT_NE(reader, nullptr);
+  const auto summary = reader->summary();
+  ASSERT_TRUE(summary.has_value());
+  std::uint64_t payload = 0;
+  for (const LevelSummary& level : summary->levels)
+    payload += level.payloadBytes;
+  EXPECT_GT(static_cast<double>(payload), 0.9 * static_cast<double>(fs::file_size(build.output)));
+}
+
+TEST_F(PyramidBuilder, FilesWithTheFormerPagesAreReadAndAppendedTo) {
+  BuildOptions build = options("out.tdb", {globe()});
+  ASSERT_TRUE(buildPyramid(build).has_value());
+  {
+    const auto connection = io::SqliteConnection::open(build.output, io::SqliteConnection::Mode::write);
+    ASSERT_TRUE(connection.has_value());
+    EXPECT_EQ(connection->integer("PRAGMA page_size").value_or(0), 1024);
+    ASSERT_TRUE(connection->execute("PRAGMA page_size = 4096").has_value());
+    ASSERT_TRUE(connection->execute("VACUUM").has_value());
+    EXPECT_EQ(connection->integer("PRAGMA page_size").value_or(0), 4096);
+  }
+  ASSERT_TRUE(verifyPyramid(build.output)->sound());
+  writeElevation(folder_ / "more.tif", degreesGrid(0, 0, 10, 10, 80, 80), [](int c, int r) { return 10 * c + r; });
+  build.inputs = {(folder_ / "more.tif").string()};
+  build.append = true;
+  ASSERT_TRUE(buildPyramid(build).has_value());
+  EXPECT_TRUE(verifyPyramid(build.output)->sound());
 }
 
 TEST_F(PyramidBuilder, WarningsOfSamplingAreReportedOnce) {
