@@ -50,9 +50,9 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Clears the target with the frame's background and draws its tiles, the air around them and what stands behind that. The target's size
-  /// should be the view's viewport; when it is not, the picture is stretched. Sets all the OpenGL state that it needs
-  /// and leaves it so.
+  /// Clears the target with the frame's background and draws its tiles, the air around them and what stands behind
+  /// that. The target's size should be the view's viewport; when it is not, the picture is stretched. Sets all the
+  /// OpenGL state that it needs and leaves it so.
   RenderStatistics draw(const scene::Frame& frame, const RenderTarget& target);
 
   /// What is on the GPU, for scene::Globe::update: a Globe that is given it spreads copies over frames. Lives as long
