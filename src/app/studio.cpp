@@ -289,6 +289,9 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
   if (scene->air.enabled) {
     if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
   }
+  if (scene->sky.enabled) {
+    if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
+  }
   auto target = render::RenderTarget::create(arguments.viewport());
   if (!target) return tl::unexpected(target.error());
   return Studio{std::move(*globe), clockOf(*scene, arguments), std::move(*context), std::move(*renderer),

@@ -48,6 +48,9 @@ io::Result<void> view(const ViewArguments& arguments) {
   if (scene->air.enabled) {
     if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
   }
+  if (scene->sky.enabled) {
+    if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
+  }
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
   return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
                   startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),

@@ -69,12 +69,12 @@ bool drawBlendMode(scene::BlendMode& blend) {
   return changed;
 }
 
-/// Night lights have no colour of their own, and nothing to blend with.
+/// Night lights and water have no colour of their own, and nothing to blend with.
 bool drawLook(scene::LayerLook& look) {
   constexpr double kMost = 3.0;  // more is for scene files
   bool changed = drawSlider("opacity", look.opacity, 0.0, 1.0);
   changed |= drawSlider("brightness", look.brightness, 0.0, kMost);
-  if (look.nightLights) return changed;
+  if (look.role != scene::LayerRole::colour) return changed;
   changed |= drawSlider("contrast", look.contrast, 0.0, kMost);
   changed |= drawSlider("saturation", look.saturation, 0.0, kMost);
   changed |= drawSlider("gamma", look.gamma, scene::kLeastGamma, kMost);

@@ -17,10 +17,12 @@ namespace tellurion::geo {
 /// Errors from 1950 to 2050: under 0.005 degrees on Earth, of which 0.004 are that UT1 is taken for UTC; under 0.02
 /// degrees on the Moon and under 0.05 on Mars. Outside of these years Earth's turn is off by what UT1 has drifted.
 ///
-/// Sources: Earth's motion, precession, nutation and turn are those of the IAU 2006/2000A models, Earth's and the
-/// planets' places those of VSOP and Simon et al. (1994), the Moon's that of Meeus (1998), all as the ERFA library has
-/// them; poles and prime meridians of Mars and Moon: Archinal et al., Report of the IAU Working Group on Cartographic
-/// Coordinates and Rotational Elements: 2009 (2011), tables 1 and 2.
+/// Sources: Earth's and the planets' places are those of VSOP and Simon et al. (1994), the Moon's that of Meeus (1998),
+/// all as the ERFA library has them; how bodies are turned stands in body_turn.h.
 std::optional<Vec3> directionToSun(const Body& body, double utc_s);
+
+/// Where the Moon is: metres from the Earth's centre in its body frame. utc_s as above, and the same sources; within
+/// 0.01 degrees from 1950 to 2050. Nothing outside the years 1000 to 3000.
+std::optional<Vec3> moonOverEarth_m(double utc_s);
 
 }  // namespace tellurion::geo

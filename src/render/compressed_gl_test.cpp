@@ -89,7 +89,7 @@ class Compressed : public synthetic::GlTest {
       Renderer renderer = makeRenderer(compress ? options : RendererOptions{});
       scene::Frame frame = earth(layers, compress);
       frame.light = light;
-      frame.looks.back().nightLights = lastIsLamps;
+      if (lastIsLamps) frame.looks.back().role = scene::LayerRole::nightLights;
       const RenderStatistics statistics = renderer.draw(frame, target);
       EXPECT_EQ(statistics.tilesWithoutRoom, 0);
       EXPECT_LE(statistics.drawCalls, 2);

@@ -45,7 +45,7 @@ class DrawCalls : public synthetic::GlTest, public testing::WithParamInterface<b
                                    geo::uniform(random, -180, 180), geo::uniform(random, 2e6, 1e7), 0, -90, kSize);
     frame.light.toSun_body = geo::normalize(
         geo::Vec3(geo::uniform(random, -1, 1), geo::uniform(random, -1, 1), geo::uniform(random, -1, 1)));
-    frame.looks = {{}, {.opacity = 0.6}, {.nightLights = true}};
+    frame.looks = {{}, {.opacity = 0.6}, {.role = scene::LayerRole::nightLights}};
     const auto side = [&](auto sides) { return sides.at(random() % std::min(shapes, sides.size())); };
     for (std::size_t i = 0; i < meshes.front().size(); ++i) {
       scene::DrawnTile tile = meshes.at(random() % meshes.size()).at(i);

@@ -15,7 +15,7 @@ std::uint32_t blockOf(const TexturePlace* place) {
 }  // namespace
 
 auto DrawPlan::Turn::group() const {
-  return std::tie(chunk, kind, colourBlock, lampsBlock, reliefBlock);
+  return std::tie(chunk, kind, colourBlock, secondBlock, reliefBlock);
 }
 
 bool DrawPlan::Turn::operator<(const Turn& o) const {
@@ -48,11 +48,12 @@ std::int64_t DrawPlan::triangles() const {
 void DrawPlan::colourTiles(const scene::Frame& frame, std::span<ResidentTile> tiles,
                            std::span<const ResidentPicture> pictures) {
   pictureRecords_.clear();
-  adjusts_ = std::ranges::any_of(
-      frame.looks, [](const scene::LayerLook& look) { return look.visible && !look.nightLights && look.adjusts(); });
+  adjusts_ = std::ranges::any_of(frame.looks, [](const scene::LayerLook& look) {
+    return look.visible && look.role == scene::LayerRole::colour && look.adjusts();
+  });
   for (ResidentTile& tile : tiles) {
     const auto ofTile = pictures.subspan(tile.tile->firstPicture, tile.tile->pictureCount);
-    tile.colours = coloursOf(ofTile, frame.looks, lampsMayBurn(*tile.tile->mesh, frame.light), pictureRecords_);
+    tile.colours = coloursOf(ofTile, frame.looks, effectsOn(*tile.tile->mesh, frame.light), pictureRecords_);
   }
 }
 
@@ -65,7 +66,7 @@ void DrawPlan::orderTiles(std::span<const ResidentTile> tiles, const SnappedEye&
     turns_.push_back({.chunk = tiles[i].mesh->chunk,
                       .kind = colours.kind,
                       .colourBlock = readsAll ? 0 : blockOf(colours.one.place),
-                      .lampsBlock = colours.kind == Kind::night ? blockOf(colours.lamps.place) : 0,
+                      .secondBlock = colours.kind == Kind::second ? blockOf(colours.second.place) : 0,
                       .reliefBlock = readsAll ? 0 : blockOf(tiles[i].relief),
                       .distance = geo::dot(origin_rte, origin_rte),
                       .tile = static_cast<std::uint32_t>(i)});
@@ -109,7 +110,7 @@ void DrawPlan::writeCommands(std::span<const ResidentTile> tiles) {
     if (before == nullptr || before->group() != turn.group())
       groups_.push_back({.kind = turn.kind,
                          .colourBlock = turn.colourBlock,
-                         .lampsBlock = turn.lampsBlock,
+                         .secondBlock = turn.secondBlock,
                          .reliefBlock = turn.reliefBlock,
                          .nearest = turn.distance,
                          .run = empty});

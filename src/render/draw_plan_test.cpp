@@ -21,7 +21,7 @@ using Kind = TileColours::Kind;
 /// Tiles on a line away from the eye, with a picture by day and night lights that lie in given blocks.
 class DrawPlanTest : public testing::Test {
  protected:
-  void add(std::uint32_t chunk, std::uint32_t colourBlock, std::uint32_t lampsBlock, double far_m,
+  void add(std::uint32_t chunk, std::uint32_t colourBlock, std::uint32_t secondBlock, double far_m,
            bool isOpaque = true) {
     auto mesh = std::make_shared<scene::TerrainMesh>();
     mesh->origin = {{far_m, 0.0, 0.0}};
@@ -35,7 +35,7 @@ class DrawPlanTest : public testing::Test {
       image->isOpaque = !isLamps && isOpaque;
       image->mips.emplace_back(1, 1, raster::Rgba8{9, 9, 9, 255});
       frame_.pictures.push_back({.image = image, .window = {}, .layer = isLamps ? 1u : 0u});
-      places_.push_back({.block = isLamps ? lampsBlock : colourBlock, .layer = 3});
+      places_.push_back({.block = isLamps ? secondBlock : colourBlock, .layer = 3});
     }
     meshes_.push_back({.chunk = chunk});
     ++count_;
@@ -43,7 +43,7 @@ class DrawPlanTest : public testing::Test {
 
   void plan() {
     frame_.looks.assign(2, {});
-    frame_.looks[1].nightLights = true;
+    frame_.looks[1].role = scene::LayerRole::nightLights;
     std::vector<ResidentPicture> pictures;
     for (std::size_t i = 0; i < places_.size(); ++i)
       pictures.push_back({.picture = &frame_.pictures[i], .place = &places_[i]});
@@ -90,9 +90,9 @@ class DrawPlanTest : public testing::Test {
     if (pictureCount > 0) {
       ASSERT_EQ(group.colourBlock, places_[2 * tile].block);
     }
-    ASSERT_EQ(group.kind, pictureCount == 2 ? Kind::night : Kind::one);
+    ASSERT_EQ(group.kind, pictureCount == 2 ? Kind::second : Kind::one);
     if (pictureCount == 2) {
-      ASSERT_EQ(group.lampsBlock, places_[2 * tile + 1].block);
+      ASSERT_EQ(group.secondBlock, places_[2 * tile + 1].block);
       ASSERT_EQ(record.pictureCount, static_cast<int>(places_[2 * tile + 1].layer));
     }
   }
@@ -115,8 +115,8 @@ TEST_F(DrawPlanTest, NightLightsHaveAProgramOfTheirOwnWithinFourDrawCalls) {
   for (std::uint32_t i = 0; i < 4; ++i)
     add(0, i, 7, 1e6);
   plan();
-  EXPECT_EQ(groupsOf(Kind::night), 4u);
-  EXPECT_EQ(plan_.groups()[2].lampsBlock, 7u);
+  EXPECT_EQ(groupsOf(Kind::second), 4u);
+  EXPECT_EQ(plan_.groups()[2].secondBlock, 7u);
   for (const TileRecord& record : plan_.records())
     EXPECT_EQ(record.pictureCount, 3);  // the layer of the lamps
 }
@@ -126,7 +126,7 @@ TEST_F(DrawPlanTest, BeyondThatAsManyAsMustGoWithTilesOfSeveralPictures) {
     add(0, i, 7, 1e6);
   plan();
   ASSERT_EQ(plan_.groups().size(), 4u);
-  EXPECT_EQ(groupsOf(Kind::night), 3u);
+  EXPECT_EQ(groupsOf(Kind::second), 3u);
   for (const DrawGroup& group : plan_.groups()) {
     EXPECT_EQ(group.run.count, group.kind == Kind::layered ? 2u : 1u);
     for (std::size_t c = group.run.first; c < group.run.first + group.run.count; ++c) {

@@ -22,7 +22,7 @@ namespace shading {
 
 // Texture units, as the shaders of the terrain have them.
 constexpr GLuint kColourUnit = 0;
-constexpr GLuint kLampsUnit = 1;
+constexpr GLuint kSecondUnit = 1;
 constexpr GLuint kPictureUnit = 2;
 constexpr GLuint kFirstReliefUnit = 3;
 constexpr GLuint kFirstBlockUnit = kFirstReliefUnit + shading::kMostReliefBlocks;
@@ -81,7 +81,7 @@ void describeRecords(GLuint vao, GLuint buffer) {
                                Field{7, 4, offsetof(TileRecord, plain)},
                                Field{13, 4, offsetof(TileRecord, morph)},
                                Field{14, 1, offsetof(TileRecord, parentStep_m)},
-                               Field{15, 4, offsetof(TileRecord, lampsWindow)}};
+                               Field{15, 4, offsetof(TileRecord, secondWindow)}};
   constexpr GLuint kLayers = 8;
   for (const Field& field : kFields) {
     glEnableVertexArrayAttrib(vao, field.attribute);
@@ -116,9 +116,9 @@ io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu, bo
     return program ? std::move(*program) : Program();
   };
   Programs programs{.one = compiled("", shaders::one_block, shaders::terrain_frag),
-                    .night = compiled("#define NIGHT\n", shaders::one_block, shaders::terrain_frag),
-                    .layered = compiled("", layers, shaders::terrain_layers_frag),
-                    .adjusted = compiled("#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
+                    .second = compiled("#define SECOND\n#define MIRROR\n", shaders::one_block, shaders::terrain_frag),
+                    .layered = compiled("#define MIRROR\n", layers, shaders::terrain_layers_frag),
+                    .adjusted = compiled("#define MIRROR\n#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
   if (!fine) return tl::unexpected(fine.error());
   return programs;
 }
@@ -183,9 +183,9 @@ void GroundPass::drawGroup(const DrawGroup& group, const Programs& programs, boo
     case TileColours::Kind::one:
       glUseProgram(programs.one.name());
       break;
-    case TileColours::Kind::night:
-      glUseProgram(programs.night.name());
-      glBindTextureUnit(kLampsUnit, residents.colours().texture(group.lampsBlock));
+    case TileColours::Kind::second:
+      glUseProgram(programs.second.name());
+      glBindTextureUnit(kSecondUnit, residents.colours().texture(group.secondBlock));
       break;
     case TileColours::Kind::layered:
       glUseProgram(adjusts ? programs.adjusted.name() : programs.layered.name());
@@ -219,9 +219,9 @@ void GroundPass::drawWithEach(const Programs& programs, const MeshPlace& mesh, c
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock_.name());
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
   using Kind = TileColours::Kind;
-  for (const Kind kind : {Kind::one, Kind::night, Kind::layered}) {
+  for (const Kind kind : {Kind::one, Kind::second, Kind::layered}) {
     const DrawGroup group{.kind = kind,
-                          .lampsBlock = residents.colours().blockOfCoverage(),
+                          .secondBlock = residents.colours().blockOfCoverage(),
                           .run = {.chunk = mesh.chunk, .first = 0, .count = 1}};
     drawGroup(group, programs, false, residents);
     if (kind == Kind::layered) drawGroup(group, programs, true, residents);

@@ -38,7 +38,7 @@ class GroundPass {
  private:
   struct Programs {
     Program one;       ///< tiles of one picture
-    Program night;     ///< and those with night lights
+    Program second;    ///< and those with one of night lights or water
     Program layered;   ///< tiles of several pictures
     Program adjusted;  ///< likewise, where colours of some layer are adjusted
   };

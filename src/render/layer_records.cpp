@@ -13,6 +13,7 @@ namespace shading {
 
 using scene::BlendMode;
 using scene::LayerLook;
+using scene::LayerRole;
 
 /// Looks may be changed by anyone; NaN is the lower end.
 float within(double v, double low, double high) {
@@ -41,8 +42,12 @@ float numberOf(const TexturePlace* place) {
 
 /// Nothing below it shows.
 bool hides(const ResidentPicture& resident, const LayerLook& look) {
-  return look.visible && !look.nightLights && look.blend == BlendMode::normal && look.opacity >= 1.0 &&
+  return look.visible && look.role == LayerRole::colour && look.blend == BlendMode::normal && look.opacity >= 1.0 &&
          resident.picture->image->isOpaque;
+}
+
+float strengthSign(LayerRole role) {
+  return role == LayerRole::nightLights ? 1.0f : role == LayerRole::water ? -1.0f : 0.0f;
 }
 
 PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
@@ -52,8 +57,8 @@ PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
   return {.window = resident.place != nullptr ? geo::Vec4f(w.offset.x, w.offset.y, w.scale.x, w.scale.y)
                                               : meanLight(*resident.picture->image),
           .place = numberOf(resident.place),
-          .opacity = look.nightLights ? 0.0f : opacity,
-          .lamps = look.nightLights ? opacity * adjustment(look.brightness) : 0.0f,
+          .opacity = look.role == LayerRole::colour ? opacity : 0.0f,
+          .strength = strengthSign(look.role) * opacity * adjustment(look.brightness),
           .blend = static_cast<float>(numberOf(look.blend)),
           .adjustment = {adjustment(look.brightness), adjustment(look.contrast), adjustment(look.saturation),
                          1.0f / within(look.gamma, scene::kLeastGamma, scene::kMostAdjustment)}};
@@ -61,12 +66,14 @@ PictureRecord recordOf(const ResidentPicture& resident, const LayerLook& look) {
 
 }  // namespace
 
-bool lampsMayBurn(const scene::TerrainMesh& mesh, const scene::Light& light) {
+SunEffects effectsOn(const scene::TerrainMesh& mesh, const scene::Light& light) {
   const double middle = geo::dot(geo::Vec3(mesh.middleUp_body), light.toSun_body);
-  return light.enabled && middle - static_cast<double>(mesh.upReach) < static_cast<double>(shading::kNightLightsOut);
+  const auto reach = static_cast<double>(mesh.upReach);
+  return {.lamps = light.enabled && middle - reach < static_cast<double>(shading::kNightLightsOut),
+          .mirror = light.enabled && middle + reach > static_cast<double>(shading::kSunriseBegins)};
 }
 
-TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const LayerLook> looks, bool lampsBurn,
+TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const LayerLook> looks, SunEffects effects,
                       std::vector<PictureRecord>& records) {
   std::size_t lowest = 0;
   for (std::size_t i = pictures.size(); i-- > 0 && lowest == 0;) {
@@ -74,24 +81,27 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
   }
   TileColours out{.first = static_cast<std::uint32_t>(records.size())};
   bool asItIs = true;  // of colours one picture is seen, unchanged
-  std::size_t lampCount = 0;
+  std::size_t strengthCount = 0;
+  const auto isSeen = [&](std::size_t i, LayerRole role) {
+    return role == LayerRole::nightLights ? effects.lamps : role == LayerRole::water ? effects.mirror : i >= lowest;
+  };
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const LayerLook& look = looks[pictures[i].picture->layer];
-    if (!look.visible || !(look.opacity > 0.0) || (look.nightLights ? !lampsBurn : i < lowest)) continue;
+    if (!look.visible || !(look.opacity > 0.0) || !isSeen(i, look.role)) continue;
     records.push_back(recordOf(pictures[i], look));
-    if (look.nightLights) {
-      ++lampCount;
-      out.lamps = pictures[i];
-      out.lampStrength = records.back().lamps;
+    if (look.role != LayerRole::colour) {
+      ++strengthCount;
+      out.second = pictures[i];
+      out.secondStrength = records.back().strength;
     } else {
       asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
       out.one = pictures[i];
     }
   }
-  if (!asItIs || lampCount > 1) {
+  if (!asItIs || strengthCount > 1) {
     out.kind = TileColours::Kind::layered;
-  } else if (lampCount == 1) {
-    out.kind = out.lamps.place != nullptr ? TileColours::Kind::night : TileColours::Kind::layered;
+  } else if (strengthCount == 1) {
+    out.kind = out.second.place != nullptr ? TileColours::Kind::second : TileColours::Kind::layered;
   }
   out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   return out;

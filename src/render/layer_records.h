@@ -14,7 +14,7 @@ struct PictureRecord {
   geo::Vec4f window;      ///< offset, scale; of a picture without room its mean light and coverage
   float place = -1.0f;    ///< TexturePlace::number(); -1: without room
   float opacity = 0.0f;   ///< of its colours
-  float lamps = 0.0f;     ///< strength of its night lights
+  float strength = 0.0f;  ///< of its night lights; of water, less than 0
   float blend = 0.0f;     ///< number of the blend mode, as shaders/constants.glsl has it
   geo::Vec4f adjustment;  ///< brightness, contrast, saturation, 1 / gamma
 };
@@ -30,23 +30,28 @@ struct ResidentPicture {
 struct TileColours {
   enum class Kind : std::uint8_t {
     one,      ///< one opaque picture as it is, or none; may be drawn as `layered` too
-    night,    ///< that, and one of night lights; likewise
+    second,   ///< that, and one of night lights or of water; likewise
     layered,  ///< what the range of records says
   };
   Kind kind = Kind::one;
   ResidentPicture one;
-  ResidentPicture lamps;      ///< of `night`, not without room
-  float lampStrength = 0.0f;  ///< and of those
-  std::uint32_t first = 0;    ///< of the range, which has all pictures
+  ResidentPicture second;       ///< of `second`, not without room
+  float secondStrength = 0.0f;  ///< and of that, as PictureRecord has it
+  std::uint32_t first = 0;      ///< of the range, which has all pictures
   std::uint32_t count = 0;
 };
 
-/// Whether night lights may burn on some of a mesh's ground.
-bool lampsMayBurn(const scene::TerrainMesh& mesh, const scene::Light& light);
+/// What the sun lets be seen on some of a mesh's ground.
+struct SunEffects {
+  bool lamps = false;   ///< night lights burn
+  bool mirror = false;  ///< water shows the sun
+};
+SunEffects effectsOn(const scene::TerrainMesh& mesh, const scene::Light& light);
 
 /// Appends a record for each picture of a tile that can be seen: layers that are not visible are left out, and what
-/// lies below one that hides it, and night lights by day. Pictures bottom first; looks, by their layer.
+/// lies below one that hides it, and night lights by day and water by night. Pictures bottom first; looks, by their
+/// layer.
 TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const scene::LayerLook> looks,
-                      bool lampsBurn, std::vector<PictureRecord>& records);
+                      SunEffects effects, std::vector<PictureRecord>& records);
 
 }  // namespace tellurion::render

@@ -37,7 +37,7 @@ class LayerRecords : public testing::Test {
     for (std::size_t i = 0; i < images.size(); ++i)
       resident.push_back({.picture = &pictures[i], .place = &places[i]});
     std::vector<PictureRecord> records(5);  // of other tiles
-    const TileColours colours = coloursOf(resident, looks, lampsBurn, records);
+    const TileColours colours = coloursOf(resident, looks, {.lamps = lampsBurn, .mirror = true}, records);
     EXPECT_EQ(records.size(), 5 + colours.count);
     const std::string one =
         colours.one.picture != nullptr ? "as it is " + std::to_string(colours.one.place->layer) : "nothing";
@@ -47,7 +47,7 @@ class LayerRecords : public testing::Test {
     for (std::size_t i = 5; i < records.size(); ++i)
       out += std::to_string(static_cast<int>(records[i].place));
     if (colours.kind == TileColours::Kind::layered) return out;
-    return out + ", or " + one + " and lamps " + std::to_string(colours.lamps.place->layer);
+    return out + ", or " + one + " and lamps " + std::to_string(colours.second.place->layer);
   }
 
   std::shared_ptr<const scene::TextureImage> opaque;
@@ -79,7 +79,7 @@ TEST_F(LayerRecords, BelowAPictureThatCoversAllNothingShows) {
 }
 
 TEST_F(LayerRecords, LampsBurnWhateverLiesOverThemButNotByDay) {
-  const LayerLook lamps{.nightLights = true};
+  const LayerLook lamps{.role = scene::LayerRole::nightLights};
   EXPECT_EQ(shown({opaque, patchy}, {{}, lamps}, true), "01, or as it is 0 and lamps 1");
   EXPECT_EQ(shown({patchy, opaque}, {lamps, {}}, true), "01, or as it is 1 and lamps 0");
   EXPECT_EQ(shown({opaque, opaque, patchy}, {{}, {}, lamps}, true), "12, or as it is 1 and lamps 2");
@@ -91,17 +91,30 @@ TEST_F(LayerRecords, LampsBurnWhateverLiesOverThemButNotByDay) {
   EXPECT_EQ(shown({opaque, opaque}, {{}, lamps}, false), "as it is 0");
 }
 
+TEST_F(LayerRecords, WaterMirrorsWhateverLiesOverIt) {
+  const LayerLook water{.role = scene::LayerRole::water}, lamps{.role = scene::LayerRole::nightLights};
+  EXPECT_EQ(shown({opaque, patchy}, {{}, water}), "01, or as it is 0 and lamps 1");
+  EXPECT_EQ(shown({patchy, opaque}, {water, {}}), "01, or as it is 1 and lamps 0");
+  EXPECT_EQ(shown({opaque, patchy, patchy}, {{}, water, lamps}, true), "012");
+  scene::TerrainMesh mesh{.upReach = 0.1f};
+  for (const double lon : {0.0, 80.0, 92.0, 100.0, 180.0}) {
+    mesh.middleUp_body = geo::Vec3f(geo::directionFromDegrees(0, lon).n);
+    const scene::Light light{.toSun_body = geo::directionFromDegrees(0, 0).n};
+    EXPECT_EQ(effectsOn(mesh, light).mirror, std::cos(lon * geo::kPi / 180.0) + 0.1 > -0.05) << lon;
+  }
+}
+
 TEST_F(LayerRecords, LampsMayBurnWhereTheSunIsLow) {
   scene::TerrainMesh mesh;
   scene::Light light{.toSun_body = geo::directionFromDegrees(0, 0).n};
-  EXPECT_TRUE(lampsMayBurn(mesh, light));  // nothing is known of its normals
+  EXPECT_TRUE(effectsOn(mesh, light).lamps);  // nothing is known of its normals
   mesh.upReach = 0.1f;
   for (const double lon : {0.0, 60.0, 80.0, 100.0, 180.0}) {
     mesh.middleUp_body = geo::Vec3f(geo::directionFromDegrees(0, lon).n);
-    EXPECT_EQ(lampsMayBurn(mesh, light), std::cos(lon * geo::kPi / 180.0) - 0.1 < 0.02);
+    EXPECT_EQ(effectsOn(mesh, light).lamps, std::cos(lon * geo::kPi / 180.0) - 0.1 < 0.02);
   }
   light.enabled = false;
-  EXPECT_FALSE(lampsMayBurn(mesh, light));
+  EXPECT_FALSE(effectsOn(mesh, light).lamps);
 }
 
 TEST_F(LayerRecords, NumbersThatAreNoneStayInTheirRange) {
@@ -110,7 +123,7 @@ TEST_F(LayerRecords, NumbersThatAreNoneStayInTheirRange) {
   const ResidentPicture resident{.picture = &picture, .place = nullptr};
   std::vector<PictureRecord> records;
   coloursOf({&resident, 1}, std::vector<LayerLook>{{.opacity = 7.0, .brightness = nan, .contrast = -3.0, .gamma = 0.0}},
-            false, records);
+            {}, records);
   ASSERT_EQ(records.size(), 1u);
   EXPECT_EQ(records[0].place, -1.0f);
   EXPECT_EQ(records[0].window, geo::Vec4f(1.0f, 0.0f, 0.0f, 1.0f));  // its mean

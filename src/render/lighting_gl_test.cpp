@@ -66,7 +66,7 @@ class Lighting : public synthetic::GlTest {
     const auto relief =
         synthetic::plainImage({coded(ground.relief.x), coded(ground.relief.y), coded(ground.relief.z), 255});
     const auto lamps = synthetic::plainImage({0, 0, 0, ground.lamps});
-    frame.looks = {{}, {.nightLights = true}};
+    frame.looks = {{}, {.role = scene::LayerRole::nightLights}};
     for (scene::DrawnTile& tile : frame.tiles) {
       synthetic::paint(frame, tile, colour);
       if (ground.lamps > 0) {

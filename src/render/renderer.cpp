@@ -14,6 +14,7 @@
 #include "render/draw_plan.h"
 #include "render/gpu_residents.h"
 #include "render/ground_pass.h"
+#include "render/heavens_pass.h"
 
 namespace tellurion::render {
 namespace {
@@ -75,9 +76,10 @@ static_assert(GeometryArena::kMostChunks <= kMostDrawCalls);
 struct Renderer::Parts {
   GpuResidents residents;
   GroundPass ground;
-  DrawPlan plan;                   // kept from frame to frame only for its memory
-  std::optional<DebugPass> debug;  // once it was asked for
-  std::optional<AirPass> air;      // likewise
+  DrawPlan plan;                       // kept from frame to frame only for its memory
+  std::optional<DebugPass> debug;      // once it was asked for
+  std::optional<AirPass> air;          // likewise
+  std::optional<HeavensPass> heavens;  // likewise
 
   int drawDebug(const scene::Frame& frame, const RenderTarget& target);
 };
@@ -116,8 +118,12 @@ io::Result<Renderer> Renderer::create(const RendererOptions& options) {
     return io::Result<void>();
   });
   if (!ready) return tl::unexpected(ready.error());
-  return Renderer(std::unique_ptr<Parts>(
-      new Parts{.residents = std::move(residents), .ground = std::move(*ground), .plan = {}, .debug = {}, .air = {}}));
+  return Renderer(std::unique_ptr<Parts>(new Parts{.residents = std::move(residents),
+                                                   .ground = std::move(*ground),
+                                                   .plan = {},
+                                                   .debug = {},
+                                                   .air = {},
+                                                   .heavens = {}}));
 }
 
 RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& target) {
@@ -135,6 +141,7 @@ RenderStatistics Renderer::draw(const scene::Frame& frame, const RenderTarget& t
   clear(frame, target.framebuffer());
   int drawCalls = p.ground.draw(p.plan, p.residents, inAir);
   if (inAir) drawCalls += p.air->drawSky(frame);
+  if (p.heavens) drawCalls += p.heavens->draw(frame, inAir);
   drawCalls += p.drawDebug(frame, target);
   return {.tilesDrawn = static_cast<int>(p.residents.tiles().size()),
           .triangles = p.plan.triangles(),
@@ -156,6 +163,14 @@ io::Result<void> Renderer::prepareDebugViews() {
   auto pass = DebugPass::create();
   if (!pass) return tl::unexpected(pass.error());
   parts_->debug = std::move(*pass);
+  return {};
+}
+
+io::Result<void> Renderer::prepareSky() {
+  if (parts_->heavens) return {};
+  auto heavens = HeavensPass::create();
+  if (!heavens) return tl::unexpected(heavens.error());
+  parts_->heavens = std::move(*heavens);
   return {};
 }
 

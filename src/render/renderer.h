@@ -50,9 +50,9 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Clears the target with the frame's background and draws its tiles, and the air around them. The target's size
-  /// should be the view's viewport; when it is not, the picture is stretched. Sets all the OpenGL state that it needs
-  /// and leaves it so.
+  /// Clears the target with the frame's background and draws its tiles, the air around them and what stands behind
+  /// that. The target's size should be the view's viewport; when it is not, the picture is stretched. Sets all the
+  /// OpenGL state that it needs and leaves it so.
   RenderStatistics draw(const scene::Frame& frame, const RenderTarget& target);
 
   /// What is on the GPU, for scene::Globe::update: a Globe that is given it spreads copies over frames. Lives as long
@@ -61,6 +61,9 @@ class Renderer {
 
   /// Compiles the shaders of the debug views, once. Until then draw() does not look at Frame::debug.
   io::Result<void> prepareDebugViews();
+
+  /// Compiles the shaders of what stands behind the air, once. Until then draw() does not look at Frame::sky.
+  io::Result<void> prepareSky();
 
   /// Compiles the shaders of the air, once. Until then draw() does not look at Frame::air.
   io::Result<void> prepareAir();

@@ -109,10 +109,10 @@ TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::
   switch (colours.kind) {
     case TileColours::Kind::one:
       break;
-    case TileColours::Kind::night:
-      record.pictureCount = layerOf(colours.lamps.place);
-      record.lampStrength = colours.lampStrength;
-      record.lampsWindow = packed(colours.lamps.picture->window);
+    case TileColours::Kind::second:
+      record.pictureCount = layerOf(colours.second.place);
+      record.secondStrength = colours.secondStrength;
+      record.secondWindow = packed(colours.second.picture->window);
       break;
     case TileColours::Kind::layered:
       record.colourLayer = static_cast<std::int32_t>(colours.first);

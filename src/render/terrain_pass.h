@@ -23,8 +23,8 @@ struct TileRecord {
   std::int32_t colourLayer = -1;  ///< of a tile with several pictures: the first of their records
   std::int32_t reliefLayer = -1;  ///< of a tile with several pictures: TexturePlace::number()
   std::int32_t pictureCount = 0;  ///< records of pictures; of a tile with one and night lights: the layer of those
-  float lampStrength = 0.0f;      ///< of such a tile
-  geo::Vec4f lampsWindow;         ///< likewise
+  float secondStrength = 0.0f;    ///< of such a tile
+  geo::Vec4f secondWindow;        ///< likewise
 };
 static_assert(sizeof(TileRecord) == 124);
 

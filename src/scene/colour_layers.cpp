@@ -110,8 +110,8 @@ Picture composed(std::vector<Part> parts, const tiling::TileId& id) {
   return out;
 }
 
-/// Strength of lights in 0..255, linear, from the relative luminance of their colour.
-Rgba8 lampOf(Rgba8 p) {
+/// Strength of lights, or the share of water, in 0..255, linear, from the relative luminance of their colour.
+Rgba8 strengthOf(Rgba8 p) {
   const double luminance = 0.2126 * raster::linearFromSrgb(p.r) + 0.7152 * raster::linearFromSrgb(p.g) +
                            0.0722 * raster::linearFromSrgb(p.b);
   return {0, 0, 0, static_cast<std::uint8_t>(std::lround(luminance * p.a / 65535.0))};
@@ -141,7 +141,7 @@ LayerPicture pictureOf(const ColourLayers::Layer& layer, bool compress, const ti
   if (now.tiles) look(*now.tiles);
   if (!out.isOwn) return out;
   Picture picture = composed(std::move(parts), id);
-  if (layer.nightLights) std::ranges::transform(picture.samples, picture.samples.begin(), lampOf);
+  if (layer.isStrength) std::ranges::transform(picture.samples, picture.samples.begin(), strengthOf);
   const bool isEmpty = std::ranges::all_of(picture.samples, [](Rgba8 p) { return p.a == 0; });
   out.image = isEmpty ? nullptr : textureFrom(std::move(picture), compress);
   out.level = id.level;

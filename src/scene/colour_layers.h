@@ -35,7 +35,7 @@ class ColourLayers {
     };
     std::vector<Overview> overviews;
     int pixels = raster::kImageryPixels;  ///< a side of a tile, without gutter, of all its data sets
-    bool nightLights = false;             ///< pictures are black, their coverage the strength of the lights
+    bool isStrength = false;              ///< pictures are black, their coverage the strength of lights or water
     std::shared_ptr<CurrentStep> step;    ///< of a layer that follows the clock, in place of sets; else null
   };
   /// compress: pictures are compressed in blocks (TextureImage::blocks).

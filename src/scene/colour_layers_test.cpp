@@ -79,8 +79,8 @@ struct Stack {
   std::shared_ptr<LoadLedger> ledger = std::make_shared<LoadLedger>();
   ColourLayers::Layer layer{.sets = {}, .pixels = kPixels};
 
-  explicit Stack(const std::vector<Painted>& painted, bool nightLights = false) {
-    layer.nightLights = nightLights;
+  explicit Stack(const std::vector<Painted>& painted, bool isStrength = false) {
+    layer.isStrength = isStrength;
     for (const Painted& p : painted) {
       auto source = std::make_shared<PaintedSource>(p.maxLevel);
       source->tiles = p.tiles;

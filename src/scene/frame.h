@@ -12,6 +12,7 @@
 #include "scene/camera.h"
 #include "scene/debug_view.h"
 #include "scene/layer_look.h"
+#include "scene/sky.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -131,6 +132,7 @@ struct Frame {
   View view;
   Light light;
   Air air;                                                   ///< drawn where light is enabled too
+  Sky sky;
   geo::Ellipsoid ellipsoid{6378137.0, 1.0 / 298.257223563};  ///< of the body, around which the air is
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};         ///< sRGB, 0..1
   std::vector<DrawnTile> tiles;

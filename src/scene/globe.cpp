@@ -42,6 +42,7 @@ struct Globe::State {
         body(scene.body),
         motion(scene.body.ellipsoid),
         lighting(scene.lighting),
+        sky(scene.sky),
         contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
         executor(given.workers, io::Executor::Share::background) {
     frame.background = scene.background;
@@ -81,6 +82,8 @@ struct Globe::State {
   geo::Body body;
   ViewMotion motion;
   Lighting lighting;
+  SkySettings sky;
+  SkyPlaces skyPlaces;  ///< at the clock's time
   std::uint64_t contentBudget;
   /// An image that cannot be had fails every tile that it is a part of: it is told once.
   std::vector<io::Failure> failures;
@@ -251,6 +254,7 @@ Light Globe::State::lightFor(const View& view) const {
 void Globe::State::refreshFrame(const View& view, const Selection& selection) {
   frame.view = view;
   frame.light = lightFor(view);
+  frame.sky = skyFor(sky, skyPlaces, body, lighting.enabled && lighting.sun != Lighting::Sun::withCamera);
   fillStatistics(selection);
   const FrameStatistics& s = frame.statistics;
   frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
@@ -372,6 +376,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   state->roster->advance(Clock::now(), {}, false);
   state->time_s = scene.clock.start_s;
   if (state->time_s) state->sunByClock = geo::directionToSun(state->body, *state->time_s);
+  state->skyPlaces = skyPlacesAt(state->body, state->time_s);
   if (scene.lighting.sun == Lighting::Sun::byClock && !state->sunByClock) return tl::unexpected(noSunByClock(scene));
   state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
@@ -385,6 +390,9 @@ Lighting& Globe::lighting() {
 }
 Air& Globe::air() {
   return state_->frame.air;
+}
+SkySettings& Globe::sky() {
+  return state_->sky;
 }
 std::array<float, 3>& Globe::background() {
   return state_->frame.background;
@@ -420,6 +428,7 @@ void Globe::setClock(double time_s) {
   s.roster->setClock(time_s, !s.time_s || time_s >= *s.time_s);
   s.time_s = time_s;
   if (const auto sun = geo::directionToSun(s.body, time_s)) s.sunByClock = sun;
+  s.skyPlaces = skyPlacesAt(s.body, time_s);
 }
 std::optional<double> Globe::clock() const {
   return state_->time_s;

@@ -60,6 +60,7 @@ class Globe {
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
   Air& air();  ///< likewise; the renderer must be ready for it (render::Renderer::prepareAir)
+  SkySettings& sky();  ///< likewise (render::Renderer::prepareSky)
   /// How each imagery layer is shown, bottom first. May be changed at any time and counts from the next update: nothing
   /// is loaded again, and the same tiles are drawn, but for layers that become visible or are visible no more: their
   /// finer pictures begin or cease to count.

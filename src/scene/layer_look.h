@@ -24,20 +24,26 @@ std::optional<BlendMode> blendModeByName(std::string_view name);
 inline constexpr double kMostAdjustment = 10.0;  ///< of brightness, contrast, saturation and gamma
 inline constexpr double kLeastGamma = 0.1;
 
+/// What a layer's pictures are of.
+enum class LayerRole {
+  colour,
+  nightLights,  ///< shown where the sun is below the horizon, added to the ground
+  water,        ///< where there is water, which mirrors the sun
+};
+
 /// How an imagery layer is shown (docs/rendering.md has the formulas). Plain data: changing it asks no source for
 /// anything.
 struct LayerLook {
   bool visible = true;
-  double opacity = 1.0;  ///< 0..1, multiplies the coverage; of night lights their brightness
+  double opacity = 1.0;  ///< 0..1, multiplies the coverage; of night lights and water their brightness
   BlendMode blend = BlendMode::normal;
   // In this order, in linear light; each does nothing at 1. 0..kMostAdjustment, gamma from kLeastGamma.
   double brightness = 1.0;  ///< multiplies the light
   double contrast = 1.0;    ///< multiplies the distance to middle grey (sRGB 0.5)
   double saturation = 1.0;  ///< multiplies the distance to the grey of the same luminance
   double gamma = 1.0;       ///< the light is raised to 1 / gamma: above 1 dark colours become lighter
-  /// Shown where the sun is below the horizon, added to the ground: opacity and brightness count. Stays what it was
-  /// when the layer was opened.
-  bool nightLights = false;
+  /// Of all but colour, opacity and brightness count. Stays what it was when the layer was opened.
+  LayerRole role = LayerRole::colour;
 
   bool adjusts() const { return brightness != 1.0 || contrast != 1.0 || saturation != 1.0 || gamma != 1.0; }
 };

@@ -59,7 +59,7 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
       layer.source = layer.steps[first].source;
       layout.series = roster->seriesOf(std::move(layer.steps), first, roster->layout_.size() - 1);
     }
-    layout.nightLights = layer.look.nightLights;
+    layout.isStrength = layer.look.role != LayerRole::colour;
     isFirst = true;
     layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
     for (const LayerSource& set : layer.alsoFrom)
@@ -344,7 +344,7 @@ ContentMaker LayerRoster::maker(bool regularMesh, bool compressTextures) {
   for (const ImageryLayout& layout : layout_) {
     ColourLayers::Layer& layer = colours.emplace_back();
     layer.pixels = layout.pixels;
-    layer.nightLights = layout.nightLights;
+    layer.isStrength = layout.isStrength;
   }
   for (const auto& entry : elevation_) {
     if (!entry->asideUntil) {

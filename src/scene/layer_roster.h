@@ -101,7 +101,7 @@ class LayerRoster {
   int cells_ = raster::kElevationCells;
   struct ImageryLayout {
     int pixels = raster::kImageryPixels;  ///< a side of a tile, of all data sets of the layer
-    bool nightLights = false;
+    bool isStrength = false;
     std::shared_ptr<LayerSeries> series;  ///< of a layer that follows the clock
   };
   std::vector<ImageryLayout> layout_;  ///< an imagery layer each

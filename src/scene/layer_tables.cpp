@@ -178,9 +178,13 @@ ImageryLayer readImagery(const Entry& layer, const Scene& scene, const fs::path&
   }
   if (const Entry* entry = find(layer, "role")) {
     const std::string role = asText(*entry);
-    if (role != "colour" && role != "night_lights")
-      complain(entry->where, fmt::format("no role '{}'; allowed: colour, night_lights", role));
-    out.look.nightLights = role == "night_lights";
+    if (role == "night_lights") {
+      out.look.role = LayerRole::nightLights;
+    } else if (role == "water") {
+      out.look.role = LayerRole::water;
+    } else if (role != "colour") {
+      complain(entry->where, fmt::format("no role '{}'; allowed: colour, night_lights, water", role));
+    }
   }
   return out;
 }

@@ -7,6 +7,7 @@
 #include "scene/air_entry.h"
 #include "scene/layer_tables.h"
 #include "scene/scene_toml.h"
+#include "scene/sky_entry.h"
 
 namespace tellurion::scene {
 namespace {
@@ -82,7 +83,7 @@ std::array<float, 3> readBackground(const Entry& entry) {
 }
 
 Scene readScene(const Entry& root, const std::string& path, Scene scene) {
-  allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "atmosphere", "background", "clock"});
+  allow(root, {"name", "body", "tiling", "elevation", "imagery", "light", "atmosphere", "sky", "background", "clock"});
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   scene.name = textAt(root, "name").value_or(scene.name.empty() ? path : scene.name);
   if (const Entry* entry = find(root, "body")) scene.body = readBody(*entry);
@@ -93,6 +94,7 @@ Scene readScene(const Entry& root, const std::string& path, Scene scene) {
     scene.imagery.push_back(readImagery(*layer, scene, folder));
   if (const Entry* entry = find(root, "light")) scene.lighting = readLight(asTable(*entry));
   if (const Entry* entry = find(root, "atmosphere")) scene.air = readAir(asTable(*entry), scene.body);
+  if (const Entry* entry = find(root, "sky")) scene.sky = readSky(asTable(*entry), folder);
   if (const Entry* entry = find(root, "clock")) scene.clock = readClock(asTable(*entry));
   if (const Entry* entry = find(root, "background")) scene.background = readBackground(*entry);
   return scene;

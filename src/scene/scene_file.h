@@ -16,6 +16,7 @@
 #include "scene/atmosphere.h"
 #include "scene/layer_look.h"
 #include "scene/scene_clock.h"
+#include "scene/sky.h"
 #include "tiling/tiling.h"
 
 namespace tellurion::scene {
@@ -91,6 +92,7 @@ struct Scene {
   Lighting lighting;
   SceneClock clock;
   Air air;
+  SkySettings sky;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
 };
 

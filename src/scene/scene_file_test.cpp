@@ -68,8 +68,8 @@ ambient = 0.25
   EXPECT_EQ(scene.elevation[0].source, (folder / "a.tdb").string());
   ASSERT_EQ(scene.imagery.size(), 2u);
   EXPECT_EQ(scene.imagery[0].look.opacity, 0.5);
-  EXPECT_FALSE(scene.imagery[0].look.nightLights);
-  EXPECT_TRUE(scene.imagery[1].look.nightLights);
+  EXPECT_EQ(scene.imagery[0].look.role, LayerRole::colour);
+  EXPECT_EQ(scene.imagery[1].look.role, LayerRole::nightLights);
   EXPECT_EQ(scene.lighting.sun, Lighting::Sun::fixed);
   EXPECT_LT(geo::angleBetween(scene.lighting.subsolar, geo::directionFromDegrees(10, -20.5)).radians(), 1e-15);
   EXPECT_EQ(scene.lighting.ambient, 0.25);

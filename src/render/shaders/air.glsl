@@ -9,12 +9,13 @@ vec3 exposed(vec3 light) {
   return min(light, kShoulderBegins) + over / (1.0 + over / (1.0 - kShoulderBegins));
 }
 
-// Light that leaves ground at this height above the ellipsoid; vectors are in body axes, as in litGround.
-vec3 litGroundInAir(vec3 albedo, float height, vec3 normal_body, vec3 up_body, vec3 toSun_body) {
+// Light that leaves ground at this height above the ellipsoid; vectors are in body axes, and mirrored is, as in litGround.
+vec3 litGroundInAir(vec3 albedo, float mirrored, float height, vec3 normal_body, vec3 up_body, vec3 toSun_body) {
   vec2 place = groundLightPlace(air, height, dot(up_body, toSun_body));
-  vec3 sun = texture(groundLight, vec3(place, 0.0)).rgb * max(dot(normal_body, toSun_body), 0.0);
+  vec3 sun = texture(groundLight, vec3(place, 0.0)).rgb;
+  vec3 fromSun = sun * max(dot(normal_body, toSun_body), 0.0);
   vec3 sky = texture(groundLight, vec3(place, 1.0)).rgb * (0.5 + 0.5 * dot(normal_body, up_body));
-  return albedo * (sun + sky);
+  return albedo * (fromSun + sky) + sun * mirrored;
 }
 
 // What reaches the eye from ground at place_air.xyz, relative to the eye, place_air.w above the ellipsoid. Lamps are not exposed: their strength is a

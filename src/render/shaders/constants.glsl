@@ -13,6 +13,12 @@ const float kNightLightRed = 1.0f;
 const float kNightLightGreen = 0.78f;
 const float kNightLightBlue = 0.45f;
 
+// Water: the mean square of the slopes of its surface (Cox and Munk 1954, for a wind of 5 m/s: 0.003 + 0.00512 * 5), the
+// share of light that it mirrors straight up, and the sine of the height of the eye below which it is taken for that.
+const float kWaterSlopes = 0.0286f;
+const float kWaterReflects = 0.02f;
+const float kWaterGrazing = 0.05f;
+
 // Middle grey, about which contrast turns: linear light of half of full sRGB.
 const float kMiddleGrey = 0.2140411f;
 

@@ -4,13 +4,27 @@ vec3 lampLight(float strength, float sunHeight) {
   return vec3(kNightLightRed, kNightLightGreen, kNightLightBlue) * (strength * night);
 }
 
+// What rough water sends to the eye of the sun's light, as a share of what white ground does that faces the sun: facets
+// whose slopes are spread as Cox and Munk (1954) measured, for a wind of 5 m/s, each a mirror (Fresnel's law as Schlick
+// has it).
+float sunInWater(vec3 toEye, vec3 up, vec3 toSun) {
+  vec3 facet = normalize(toEye + toSun);
+  float cosine = max(dot(facet, up), 1e-3);
+  float cosine2 = cosine * cosine;
+  float slope2 = (1.0 - cosine2) / cosine2;
+  float reflects = kWaterReflects + (1.0 - kWaterReflects) * pow(1.0 - clamp(dot(facet, toSun), 0.0, 1.0), 5.0);
+  float facets = exp(-slope2 / kWaterSlopes) / kWaterSlopes;
+  return reflects * facets / (4.0 * max(dot(toEye, up), kWaterGrazing) * cosine2 * cosine2);
+}
+
 // Linear light that leaves the ground towards the eye. Lambert's law with the relief's normal; vectors are in body axes,
-// normal_body and toSun_body of unit length. ambient is the share of full light where the sun does not reach, and
-// nightLights the strength of lamps, 0..1.
-vec3 litGround(vec3 albedo, float nightLights, vec3 normal_body, vec3 up_body, vec3 toSun_body, float ambient) {
+// normal_body and toSun_body of unit length. ambient is the share of full light where the sun does not reach,
+// mirrored what water makes of the sun (sunInWater), and nightLights the strength of lamps, 0..1.
+vec3 litGround(vec3 albedo, float mirrored, float nightLights, vec3 normal_body, vec3 up_body, vec3 toSun_body, float ambient) {
   float sunHeight = dot(up_body, toSun_body);
-  float sunlight = max(dot(normal_body, toSun_body), 0.0) * smoothstep(kSunriseBegins, kSunriseEnds, sunHeight);
-  return albedo * (ambient + (1.0 - ambient) * sunlight) + lampLight(nightLights, sunHeight);
+  float risen = smoothstep(kSunriseBegins, kSunriseEnds, sunHeight);
+  float sunlight = max(dot(normal_body, toSun_body), 0.0) * risen;
+  return albedo * (ambient + (1.0 - ambient) * sunlight) + mirrored * risen + lampLight(nightLights, sunHeight);
 }
 
 // The normal of ground whose heights are drawn `exaggeration` times as high: slopes grow with it.

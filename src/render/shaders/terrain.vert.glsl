@@ -10,7 +10,7 @@ layout(location = 4) in vec3 originFine_rte;
 layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
-layout(location = 8) in ivec4 layers;  // colour or first picture, relief (its layer or its number), pictures or night lights, bits of their strength
+layout(location = 8) in ivec4 layers;  // colour or first picture, relief (its layer or its number), pictures or the second picture, bits of its strength
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
 layout(location = 10) in float placeT;
@@ -19,9 +19,13 @@ layout(location = 12) in float height_m;
 // A value a tile:
 layout(location = 13) in vec4 morph;  // at (s, t) = (0, 0), (1, 0), (0, 1), (1, 1): 0 the parent's surface, 1 its own
 layout(location = 14) in float parentStep_m;
-#ifdef NIGHT
-layout(location = 15) in vec4 lampsWindow;
-out vec2 lampsPlace;
+#ifdef SECOND
+layout(location = 15) in vec4 secondWindow;
+out vec2 secondPlace;
+#endif
+
+#ifdef MIRROR
+out vec3 place_rte;
 #endif
 
 #ifdef AIR
@@ -78,7 +82,10 @@ void main() {
 #ifdef AIR
   place_air = vec4(airView.scale.xyz * position_rte, height_m + change.w);
 #endif
-#ifdef NIGHT
-  lampsPlace = lampsWindow.xy + lampsWindow.zw * place;
+#ifdef SECOND
+  secondPlace = secondWindow.xy + secondWindow.zw * place;
+#endif
+#ifdef MIRROR
+  place_rte = position_rte;
 #endif
 }

@@ -10,10 +10,11 @@ void main() {
   vec2 alongY = dFdy(place);
   vec3 ground = plainColour.rgb;
   float lamps = 0.0;
+  float water = 0.0;
   for (int i = 0; i < textureLayers.z; ++i) {
     int record = 3 * (textureLayers.x + i);
     vec4 window = texelFetch(pictures, record);
-    vec4 look = texelFetch(pictures, record + 1);  // place, opacity, strength of night lights, blend mode
+    vec4 look = texelFetch(pictures, record + 1);  // place, opacity, strength of night lights or, less than 0, of water, blend mode
     int at = int(look.x);
     vec4 texel = at < 0 ? window
                         : texelOf(at / kPlacesABlock, vec3(window.xy + window.zw * place, float(at % kPlacesABlock)),
@@ -24,6 +25,7 @@ void main() {
 #endif
     ground = blended(ground, texel, int(look.w), look.y);
     lamps = max(lamps, texel.a * look.z);
+    water = max(water, -texel.a * look.z);
   }
-  colour = vec4(shadedGround(ground, lamps), 1.0);
+  colour = vec4(shadedGround(ground, lamps, water), 1.0);
 }

@@ -1,0 +1,196 @@
+#include "render/heavens_pass.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "render/gl_objects.h"
+#include "render/shader.h"
+#include "render/shader_texts.h"
+
+namespace tellurion::render {
+namespace {
+
+// A star of this magnitude is drawn at full light over the least spread; brighter ones are spread over more pixels, so
+// that what a star adds to the picture follows its magnitude throughout.
+constexpr double kFullMagnitude = 1.2;
+constexpr double kLeastSpread_px = 0.7;
+constexpr double kMostSpread_px = 12.0;
+constexpr double kMoonRadius_m = 1737.4e3;
+constexpr double kNoDisc = 2.0;  // a cosine that nothing has
+
+/// As star.vert.glsl reads it.
+struct StarVertex {
+  geo::Vec3f direction_celestial;
+  float spread_px = 0.0f;
+  geo::Vec3f light;
+};
+static_assert(sizeof(StarVertex) == 28);
+
+struct StarPrograms {
+  Program program;
+  GLint bodyFromCelestial = -1;
+  GLint pixel = -1;
+  GLint moon = -1;
+};
+struct DiscPrograms {
+  Program program;
+  GLint discs = -1;
+  GLint pixel = -1;
+  GLint first = -1;
+};
+
+StarVertex vertexOf(const scene::Star& star, double brightness_stops) {
+  const double power =
+      std::pow(10.0, -0.4 * (static_cast<double>(star.magnitude) - kFullMagnitude)) * std::exp2(brightness_stops);
+  const double spread = std::min(std::sqrt(std::max(power, 1.0)), kMostSpread_px / kLeastSpread_px);
+  return {.direction_celestial = star.direction_celestial,
+          .spread_px = static_cast<float>(kLeastSpread_px * spread),
+          .light = star.colour * static_cast<float>(std::min(power, 1.0))};
+}
+
+}  // namespace
+
+struct HeavensPass::Parts {
+  // Without air, and behind it.
+  std::array<StarPrograms, 2> starPrograms;
+  std::array<DiscPrograms, 2> discPrograms;
+  VertexArray squares;  // of stars
+  VertexArray nothing;  // discs have no vertices
+  Buffer stars;
+  std::size_t starCount = 0;
+  std::uint64_t catalogue = 0;  // what `stars` are of
+  double brightness_stops = 0.0;
+
+  io::Result<void> compile();
+  void bring(const scene::Sky& sky);
+};
+
+io::Result<void> HeavensPass::Parts::compile() {
+  const std::string alone = std::string(shaders::constants) + std::string(shaders::no_air);
+  const std::string behind = std::string(shaders::constants) + std::string(shaders::air_structs) +
+                             std::string(shaders::air_block) + std::string(shaders::air_model) +
+                             std::string(shaders::air_ray) + std::string(shaders::air) +
+                             std::string(shaders::behind_air);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string& common = i == 0 ? alone : behind;
+    auto star = compileProgram({common, shaders::frame_block, shaders::star_vert}, {shaders::star_frag});
+    if (!star) return tl::unexpected(star.error());
+    auto disc = compileProgram({common, shaders::frame_block, shaders::disc_vert},
+                               {common, shaders::frame_block, shaders::disc_frag});
+    if (!disc) return tl::unexpected(disc.error());
+    starPrograms[i] = {.program = std::move(*star)};
+    discPrograms[i] = {.program = std::move(*disc)};
+    const auto place = [](const Program& program, const char* name) {
+      return glGetUniformLocation(program.name(), name);
+    };
+    StarPrograms& s = starPrograms[i];
+    s.bodyFromCelestial = place(s.program, "bodyFromCelestial");
+    s.pixel = place(s.program, "pixel");
+    s.moon = place(s.program, "moon");
+    DiscPrograms& d = discPrograms[i];
+    d.discs = place(d.program, "discs");
+    d.pixel = place(d.program, "pixel");
+    d.first = place(d.program, "first");
+  }
+  return {};
+}
+
+void HeavensPass::Parts::bring(const scene::Sky& sky) {
+  if (catalogue == sky.stars->serial && brightness_stops == sky.brightness_stops) return;
+  catalogue = sky.stars->serial;
+  brightness_stops = sky.brightness_stops;
+  std::vector<StarVertex> vertices;
+  vertices.reserve(sky.stars->stars.size());
+  for (const scene::Star& star : sky.stars->stars)
+    vertices.push_back(vertexOf(star, brightness_stops));
+  starCount = vertices.size();
+  glNamedBufferData(stars.name(), static_cast<GLsizeiptr>(starCount * sizeof(StarVertex)), vertices.data(),
+                    GL_STATIC_DRAW);
+}
+
+HeavensPass::HeavensPass(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+HeavensPass::~HeavensPass() = default;
+HeavensPass::HeavensPass(HeavensPass&&) noexcept = default;
+HeavensPass& HeavensPass::operator=(HeavensPass&&) noexcept = default;
+
+io::Result<HeavensPass> HeavensPass::create() {
+  auto parts = std::make_unique<Parts>();
+  if (const auto ready = parts->compile(); !ready) return tl::unexpected(ready.error());
+  GLuint name = 0;
+  glCreateVertexArrays(1, &name);
+  parts->nothing = VertexArray(name);
+  glCreateBuffers(1, &name);
+  parts->stars = Buffer(name);
+  glCreateVertexArrays(1, &name);
+  parts->squares = VertexArray(name);
+  glVertexArrayVertexBuffer(name, 0, parts->stars.name(), 0, sizeof(StarVertex));
+  glVertexArrayBindingDivisor(name, 0, 1);
+  const std::array<std::pair<GLint, GLuint>, 2> attributes{{{4, 0}, {3, offsetof(StarVertex, light)}}};
+  for (GLuint i = 0; i < attributes.size(); ++i) {
+    glEnableVertexArrayAttrib(name, i);
+    glVertexArrayAttribFormat(name, i, attributes[i].first, GL_FLOAT, GL_FALSE, attributes[i].second);
+    glVertexArrayAttribBinding(name, i, 0);
+  }
+  return HeavensPass(std::move(parts));
+}
+
+int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
+  const scene::Sky& sky = frame.sky;
+  if (sky.isEmpty()) return 0;
+  Parts& p = *parts_;
+  const auto pixel = static_cast<float>(frame.view.pixelAngle());
+  const auto four = [](const geo::Vec3& v, double w) { return geo::Vec4f(geo::Vec3f(v), static_cast<float>(w)); };
+  // The sun, then the Moon, of which one far behind another body is as good as none.
+  std::array<geo::Vec4f, 2> discs{four(frame.light.toSun_body, sky.sunRadius_radians), {}};
+  geo::Vec4f moon = four({0.0, 0.0, 1.0}, kNoDisc);
+  int last = 1;
+  if (sky.moon_m) {
+    const geo::Vec3 from_m = *sky.moon_m - frame.view.eye.m;
+    const double distance_m = geo::length(from_m);
+    if (distance_m > kMoonRadius_m) {
+      const double radius = std::asin(kMoonRadius_m / distance_m);
+      discs[1] = four(from_m / distance_m, radius);
+      moon = four(from_m / distance_m, std::cos(radius));
+      last = 2;
+    }
+  }
+  const int first = inAir || sky.sunRadius_radians <= 0.0 ? 1 : 0;
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);
+  glBlendEquation(GL_FUNC_ADD);
+  glDepthMask(GL_FALSE);
+  int drawCalls = 0;
+  if (sky.stars) {
+    p.bring(sky);
+    const StarPrograms& s = p.starPrograms[inAir ? 1 : 0];
+    const geo::Mat3f turn(sky.bodyFromCelestial);
+    glUseProgram(s.program.name());
+    glProgramUniformMatrix3fv(s.program.name(), s.bodyFromCelestial, 1, GL_FALSE, &turn[0][0]);
+    glProgramUniform1f(s.program.name(), s.pixel, pixel);
+    glProgramUniform4fv(s.program.name(), s.moon, 1, &moon[0]);
+    glBindVertexArray(p.squares.name());
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(p.starCount));
+    ++drawCalls;
+  }
+  if (first < last) {
+    const DiscPrograms& d = p.discPrograms[inAir ? 1 : 0];
+    glUseProgram(d.program.name());
+    glProgramUniform4fv(d.program.name(), d.discs, 2, &discs[0][0]);
+    glProgramUniform1f(d.program.name(), d.pixel, pixel);
+    glProgramUniform1i(d.program.name(), d.first, first);
+    glBindVertexArray(p.nothing.name());
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, last - first);
+    ++drawCalls;
+  }
+  glBindVertexArray(0);
+  glDepthMask(GL_TRUE);
+  glDisable(GL_BLEND);
+  return drawCalls;
+}
+
+}  // namespace tellurion::render
