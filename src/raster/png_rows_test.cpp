@@ -11,7 +11,7 @@ namespace tellurion::raster {
 namespace {
 
 std::filesystem::path placeFor(const std::string& name) {
-  return std::filesystem::path(testing::TempDir()) / name;
+  return std::filesystem::path(::testing::TempDir()) / name;
 }
 
 TEST(PngRows, bandsMakeTheWholePicture) {
