@@ -73,7 +73,8 @@ class Pictures {
 
 /// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins. There is
 /// always a first frame, however early a stop is asked for.
-io::Result<std::vector<FrameFigures>> play(Studio& studio, const scene::CameraPath& path, const Arguments& arguments,
+io::Result<std::vector<FrameFigures>> play(Studio& studio, const render::RenderTarget& target,
+                                           const scene::CameraPath& path, const Arguments& arguments,
                                            const std::stop_token& stop) {
   const PictureArguments& picture = arguments.picture;
   using Clock = std::chrono::steady_clock;
@@ -96,11 +97,11 @@ io::Result<std::vector<FrameFigures>> play(Studio& studio, const scene::CameraPa
     const int changes = dragOpacity(*studio.globe, arguments.layerChanges, before_s, now.count());
     before_s = now.count();
     frames.push_back(
-        drawMeasured(studio.renderer, studio.target, studio.globe->update(view, cut, &studio.renderer.residency())));
+        drawMeasured(studio.renderer, target, studio.globe->update(view, cut, &studio.renderer.residency())));
     frames.back().time_s = now.count();
     frames.back().quality = quality;
     frames.back().layerChanges = changes;
-    pictures.take(studio.target, now.count());
+    pictures.take(target, now.count());
     const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (picture.automaticQuality) quality = control.next(costOf(frames.back(), done_s));
     if (arguments.fps > 0.0) {
@@ -217,7 +218,9 @@ io::Result<void> bench(const Arguments& arguments) {
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  const auto played = play(*studio, *path, arguments, interrupt.token());
+  const auto target = render::RenderTarget::create(arguments.picture.viewport());
+  if (!target) return tl::unexpected(target.error());
+  const auto played = play(*studio, *target, *path, arguments, interrupt.token());
   if (!played) return tl::unexpected(played.error());
   const std::vector<FrameFigures>& frames = *played;
   const bool wasStopped = interrupt.token().stop_requested();

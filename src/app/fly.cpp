@@ -7,10 +7,12 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "app/debug_options.h"
 #include "app/output_names.h"
 #include "app/progress.h"
+#include "app/projection_options.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "app/video_pipe.h"
@@ -24,6 +26,7 @@ constexpr int kMostFrames = 1'000'000;
 
 struct Arguments {
   PictureArguments picture;
+  ProjectionArguments projection;
   DebugOptions debug;
   std::string path;
   std::string output;
@@ -150,68 +153,111 @@ int frameCount(const scene::CameraPath& path, double fps) {
       std::min<double>(std::floor(path.duration().count() * fps + kRounding) + 1.0, kMostFrames + 1.0));
 }
 
-io::Result<void> flyFrames(const Arguments& arguments, const scene::CameraPath& path, int frames, Studio& studio,
-                           const std::stop_token& stop, const FrameSink& sink) {
+/// What the frames of a flight are made with.
+struct Flight {
+  const Arguments& arguments;
+  const PictureRequest& request;
+  const scene::CameraPath& path;
+  int frames = 0;
+};
+
+io::Result<void> flyFrames(const Flight& flight, Studio& studio, const std::stop_token& stop, const FrameSink& sink) {
+  const Arguments& arguments = flight.arguments;
   if (const auto shown = showDebug(arguments.debug, arguments.picture, studio); !shown) return shown;
+  auto maker = render::PictureMaker::create();
+  if (!maker) return tl::unexpected(maker.error());
   scene::Globe& globe = *studio.globe;
+  const Patience patience{std::chrono::duration<double>(arguments.timeout_s), stop};
+  const scene::Viewport size = flight.request.shape.size;
   BelowGround belowGround;
   SpentBudget spentBudget;
   ProgressLine line("flying");
-  for (int number = 0; number < frames; ++number) {
-    const scene::Camera camera = path.at(path.begin() + scene::CameraPath::Seconds(number / arguments.fps));
-    const scene::View view =
-        scene::viewOf(camera, globe.body().ellipsoid, arguments.picture.verticalFov(), arguments.picture.viewport());
-    setClock(studio, number / arguments.fps);
-    const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cutAtQuality(),
-                                             std::chrono::duration<double>(arguments.timeout_s), stop);
-    if (stop.stop_requested())
-      return io::fail(io::Failure::Code::cancelled, fmt::format("stopped after {} of {} frames", number, frames));
-    // A flight is the same on every run or it fails: a frame that is not whole ends it.
-    if (const auto lacking = shortcomings(arguments.picture, globe, frame); !lacking.empty())
-      return io::fail(io::Failure::Code::ioError, lacking.front(), fmt::format("frame {}", number));
-    belowGround.add(number, depthBelowGround_m(globe, view));
-    spentBudget.add(frame.statistics);
-    studio.renderer.draw(frame, studio.target);
-    if (const auto taken = sink(number, render::readColour(studio.target)); !taken) return taken;
-    line.show(static_cast<std::uint64_t>(number) + 1, static_cast<std::uint64_t>(frames), "frames");
+  raster::Raster<raster::Rgba8> picture(size.width, size.height);
+  for (int number = 0; number < flight.frames; ++number) {
+    const auto seconds = scene::CameraPath::Seconds(number / arguments.fps);
+    setClock(studio, seconds.count());
+    const auto eyes =
+        eyesOf(flight.request, flight.path.at(flight.path.begin() + seconds), studio, arguments.picture, patience);
+    bool isFirst = true;
+    const auto check = [&](const scene::Frame& frame) -> io::Result<void> {
+      if (stop.stop_requested())
+        return io::fail(io::Failure::Code::cancelled,
+                        fmt::format("stopped after {} of {} frames", number, flight.frames));
+      // A flight is the same on every run or it fails: a frame that is not whole ends it.
+      if (const auto lacking = shortcomings(arguments.picture, globe, frame); !lacking.empty())
+        return io::fail(io::Failure::Code::ioError, lacking.front(), fmt::format("frame {}", number));
+      if (!std::exchange(isFirst, false)) return {};
+      belowGround.add(number, depthBelowGround_m(globe, frame.view));
+      spentBudget.add(frame.statistics);
+      return {};
+    };
+    const auto take = [&](const render::PicturePiece& rows) {
+      std::ranges::copy(rows.colours.samples, picture.samples.begin() + std::ptrdiff_t{rows.place.top} * picture.width);
+      return io::Result<void>();
+    };
+    const auto drawn =
+        drawPicture(flight.request, eyes, studio, *maker, arguments.picture, patience, false, check, take);
+    if (!drawn) return drawn;
+    if (const auto taken = sink(number, picture); !taken) return taken;
+    line.show(static_cast<std::uint64_t>(number) + 1, static_cast<std::uint64_t>(flight.frames), "frames");
   }
   line.clear();
-  belowGround.tell(frames);
-  spentBudget.tell(arguments.picture, frames);
+  belowGround.tell(flight.frames);
+  spentBudget.tell(arguments.picture, flight.frames);
   return {};
 }
 
-io::Result<void> flyToFolder(const Arguments& arguments, const scene::CameraPath& path, int frames) {
-  const std::filesystem::path folder = arguments.output;
-  if (const auto ready = prepareFolder(folder, frames); !ready) return ready;
+io::Result<void> flyToFolder(const Flight& flight) {
+  const std::filesystem::path folder = flight.arguments.output;
+  if (const auto ready = prepareFolder(folder, flight.frames); !ready) return ready;
   const InterruptStop interrupt;
-  auto studio = openStudio(arguments.picture, interrupt.token());
+  auto studio = openStudio(flight.arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  return flyFrames(arguments, path, frames, *studio, interrupt.token(), [&](int number, const auto& picture) {
+  return flyFrames(flight, *studio, interrupt.token(), [&](int number, const auto& picture) {
     return raster::writePng(folder / frameName(number), picture);
   });
 }
 
-io::Result<void> flyToVideo(const Arguments& arguments, const scene::CameraPath& path, int frames) {
-  if (const auto ready = prepareVideo(arguments.output, arguments.picture.viewport()); !ready) return ready;
+io::Result<void> flyToVideo(const Flight& flight) {
+  const Arguments& arguments = flight.arguments;
+  const scene::Viewport size = flight.request.shape.size;
+  if (const auto ready = prepareVideo(arguments.output, size); !ready) return ready;
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  auto video = VideoPipe::open(arguments.output, arguments.picture.viewport(), arguments.fps);
+  auto video = VideoPipe::open(arguments.output, size, arguments.fps);
   if (!video) return tl::unexpected(video.error());
-  const auto flown = flyFrames(arguments, path, frames, *studio, interrupt.token(),
-                               [&](int, const auto& picture) { return video->write(picture); });
+  const auto flown =
+      flyFrames(flight, *studio, interrupt.token(), [&](int, const auto& picture) { return video->write(picture); });
   return flown ? video->finish() : flown;
 }
 
-io::Result<void> fly(const Arguments& arguments) {
+void checkTogether(const Arguments& arguments, const PictureRequest& request) {
+  // A frame is kept whole, and no film is larger.
+  constexpr int kLargestSide = 16384;
+  const scene::Viewport size = request.shape.size;
+  if (size.width > kLargestSide || size.height > kLargestSide)
+    wrongUse("fly", fmt::format("--size {}x{}: the frames of a flight are at most {} pixels a side", size.width,
+                                size.height, kLargestSide));
+  const bool isPlain = request.shape.projection == scene::Projection::perspective && request.channels.empty();
+  const bool hasDebug = !arguments.debug.views.empty() || !arguments.debug.freezeAt.empty();
+  if (hasDebug && !(isPlain && request.pieces.size() == 1))
+    wrongUse("fly", fmt::format("--debug and --freeze-at are for perspective pictures of at most {}x{}",
+                                request.pieces.front().width, request.pieces.front().height));
+}
+
+io::Result<void> fly(const CLI::App& command, Arguments& arguments) {
+  const auto request = requestOf(command, arguments.projection, arguments.picture);
+  if (!request) return tl::unexpected(request.error());
+  checkTogether(arguments, *request);
   const auto path = scene::readCameraPath(arguments.path);
   if (!path) return tl::unexpected(path.error());
   const int frames = frameCount(*path, arguments.fps);
   if (frames > kMostFrames)
     return io::fail(io::Failure::Code::invalidArgument, fmt::format("more than {} frames; lower --fps", kMostFrames),
                     arguments.path);
-  return isVideo(arguments.output) ? flyToVideo(arguments, *path, frames) : flyToFolder(arguments, *path, frames);
+  const Flight flight{.arguments = arguments, .request = *request, .path = *path, .frames = frames};
+  return isVideo(arguments.output) ? flyToVideo(flight) : flyToFolder(flight);
 }
 
 }  // namespace
@@ -220,6 +266,7 @@ void addFly(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("fly", "Render the frames of a camera path, each complete");
   addPictureArguments(*command, arguments->picture, Pace::eachComplete);
+  addProjectionOptions(*command, arguments->projection);
   command->add_option("--path", arguments->path, "CSV: seconds,lat,lon,height_m,heading,pitch,roll")
       ->required()
       ->check(CLI::ExistingFile);
@@ -242,8 +289,8 @@ void addFly(CLI::App& program) {
       "Example, once ./bootstrap demo has made the tile databases:\n  tellurion fly data/earth.toml --path "
       "data/everest_flight.csv --fps 30 --size 1280x720 -o "
       "everest.mp4");
-  command->callback([arguments] {
-    if (const auto done = fly(*arguments); !done) failRun("fly", io::describe(done.error()));
+  command->callback([arguments, command] {
+    if (const auto done = fly(*command, *arguments); !done) failRun("fly", io::describe(done.error()));
   });
 }
 

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -7,15 +9,18 @@
 #include "app/frame_figures.h"
 #include "app/output_names.h"
 #include "app/progress.h"
+#include "app/projection_options.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "raster/image_file.h"
+#include "raster/png_rows.h"
 
 namespace tellurion::app {
 namespace {
 
 struct Arguments {
   PictureArguments picture;
+  ProjectionArguments projection;
   DebugOptions debug;
   std::string camera;
   std::string output;
@@ -48,46 +53,119 @@ void warnOfGround(const scene::Globe& globe, const scene::View& view) {
                below_m);
 }
 
-scene::View viewFor(const Arguments& arguments, const geo::Ellipsoid& ellipsoid) {
-  return scene::viewOf(*scene::parseCamera(arguments.camera), ellipsoid, arguments.picture.verticalFov(),
-                       arguments.picture.viewport());
+/// Only pictures of one piece have those that are made for one eye's window.
+void checkTogether(const Arguments& a, const PictureRequest& request) {
+  const bool isPlain = request.shape.projection == scene::Projection::perspective && request.channels.empty();
+  const bool hasDebug = !a.debug.views.empty() || !a.debug.freezeAt.empty();
+  if (hasDebug && !(isPlain && request.pieces.size() == 1))
+    wrongUse("render", fmt::format("--debug and --freeze-at are for perspective pictures of at most {}x{}",
+                                   request.pieces.front().width, request.pieces.front().height));
+  constexpr std::int64_t kMostDistances = std::int64_t{1} << 28;
+  const scene::Viewport size = request.shape.size;
+  if (!a.depth.empty() && std::int64_t{size.width} * size.height > kMostDistances)
+    wrongUse("render",
+             fmt::format("--depth is written whole, for pictures of at most {} pixels: make it smaller than {}x{}",
+                         kMostDistances, size.width, size.height));
 }
 
-io::Result<void> writeDepth(const Arguments& arguments, const Studio& studio, const scene::View& view) {
-  if (arguments.depth.empty()) return {};
-  return raster::writeTiffFloat(arguments.depth, render::readDistance(studio.target, view));
-}
+/// The picture as it comes, from its top: at once where it comes at once, else row by row.
+class PictureFile {
+ public:
+  PictureFile(const Arguments& arguments, scene::Viewport size) : arguments_(arguments), size_(size) {
+    if (!arguments.depth.empty()) distances_m_ = raster::Raster<float>(size.width, size.height);
+  }
+  io::Result<void> take(const render::PicturePiece& rows) {
+    std::ranges::copy(rows.distances_m.samples,
+                      distances_m_.samples.begin() + std::ptrdiff_t{rows.place.top} * size_.width);
+    if (rows.place.height == size_.height) {
+      colours_ = rows.colours;
+      return {};
+    }
+    if (!rows_) {
+      auto made = raster::PngRows::create(arguments_.output, size_.width, size_.height);
+      if (!made) return tl::unexpected(made.error());
+      rows_ = std::move(*made);
+    }
+    return rows_->write(rows.colours);
+  }
+  io::Result<void> finish() {
+    if (!arguments_.depth.empty()) {
+      if (const auto written = raster::writeTiffFloat(arguments_.depth, distances_m_); !written) return written;
+    }
+    return rows_ ? rows_->finish() : raster::writePng(arguments_.output, colours_);
+  }
 
-/// The drawing that copies meshes and textures to the GPU says little of a frame's cost: with --stats it is drawn
-/// again.
-io::Result<void> writeStats(const Arguments& arguments, Studio& studio, const scene::Frame& frame) {
-  if (arguments.stats.empty()) return {};
-  FrameFigures figures = drawMeasured(studio.renderer, studio.target, frame);
-  figures.quality = arguments.picture.quality;
-  return writeTextFile(arguments.stats, jsonOf(figures));
-}
+ private:
+  const Arguments& arguments_;
+  scene::Viewport size_;
+  raster::Raster<raster::Rgba8> colours_;
+  raster::Raster<float> distances_m_;
+  std::optional<raster::PngRows> rows_;
+};
 
-io::Result<std::vector<std::string>> render(const Arguments& arguments) {
+/// What one run of `render` knows of its picture besides the pixels.
+struct Told {
+  FrameFigures figures;
+  std::vector<std::string> lacking;
+};
+
+io::Result<std::vector<std::string>> render(const CLI::App& command, Arguments& arguments) {
   checkOutputs(arguments);
+  const auto request = requestOf(command, arguments.projection, arguments.picture);
+  if (!request) return tl::unexpected(request.error());
+  checkTogether(arguments, *request);
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
+  auto maker = render::PictureMaker::create();
+  if (!maker) return tl::unexpected(maker.error());
   if (const auto shown = showDebug(arguments.debug, arguments.picture, *studio); !shown)
     return tl::unexpected(shown.error());
-  scene::Globe& globe = *studio->globe;
-  const scene::View view = viewFor(arguments, globe.body().ellipsoid);
-  const scene::Frame& frame = settledFrame(globe, view, arguments.picture.cutAtQuality(),
-                                           std::chrono::duration<double>(arguments.timeout_s), interrupt.token());
-  if (interrupt.token().stop_requested())
-    return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
-  warnOfBudget("render", arguments.picture, frame.statistics);
-  warnOfGround(globe, view);
-  warnOfMemory("render", arguments.picture, studio->renderer.draw(frame, studio->target));
-  if (const auto written = writeStats(arguments, *studio, frame); !written) return tl::unexpected(written.error());
-  if (const auto written = writeDepth(arguments, *studio, view); !written) return tl::unexpected(written.error());
-  if (const auto written = raster::writePng(arguments.output, render::readColour(studio->target)); !written)
-    return tl::unexpected(written.error());
-  return shortcomings(arguments.picture, globe, frame);
+  const Patience patience{std::chrono::duration<double>(arguments.timeout_s), interrupt.token()};
+  const auto eyes = eyesOf(*request, *scene::parseCamera(arguments.camera), *studio, arguments.picture, patience);
+  PictureFile file(arguments, request->shape.size);
+  std::optional<Told> told;
+  const auto check = [&](const scene::Frame& frame) -> io::Result<void> {
+    if (interrupt.token().stop_requested())
+      return io::fail(io::Failure::Code::cancelled, "stopped; nothing is written", arguments.output);
+    if (!told) {
+      warnOfBudget("render", arguments.picture, frame.statistics);
+      warnOfGround(*studio->globe, frame.view);
+      told = Told{};
+    }
+    told->figures.scene = frame.statistics;
+    told->figures.complete = frame.complete && frame.statistics.failures == 0;
+    if (told->lacking.empty()) told->lacking = shortcomings(arguments.picture, *studio->globe, frame);
+    return {};
+  };
+  const auto take = [&](const render::PicturePiece& rows) {
+    told->figures.render = rows.drawn;
+    return file.take(rows);
+  };
+  const auto draw = [&](const FrameCheck& each, const RowSink& sink) {
+    return drawPicture(*request, eyes, *studio, *maker, arguments.picture, patience, !arguments.depth.empty(), each,
+                       sink);
+  };
+  if (const auto drawn = draw(check, take); !drawn) return tl::unexpected(drawn.error());
+  warnOfMemory("render", arguments.picture, told->figures.render);
+  if (!arguments.stats.empty()) {
+    // The drawing that copies meshes and textures to the GPU says little of a picture's cost: it is drawn again.
+    const auto start = std::chrono::steady_clock::now();
+    const auto drawn = draw([](const scene::Frame&) { return io::Result<void>(); },
+                            [&](const render::PicturePiece& rows) {
+                              told->figures.render = rows.drawn;
+                              return io::Result<void>();
+                            });
+    if (!drawn) return tl::unexpected(drawn.error());
+    render::finish();
+    const std::chrono::duration<double, std::milli> drawing = std::chrono::steady_clock::now() - start;
+    told->figures.frame_ms = drawing.count();
+    told->figures.quality = arguments.picture.quality;
+    if (const auto written = writeTextFile(arguments.stats, jsonOf(told->figures)); !written)
+      return tl::unexpected(written.error());
+  }
+  if (const auto written = file.finish(); !written) return tl::unexpected(written.error());
+  return told->lacking;
 }
 
 }  // namespace
@@ -96,6 +174,7 @@ void addRender(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = program.add_subcommand("render", "Render one complete picture, without a display");
   addPictureArguments(*command, arguments->picture, Pace::eachComplete);
+  addProjectionOptions(*command, arguments->projection);
   command
       ->add_option(
           "--camera", arguments->camera,
@@ -116,9 +195,12 @@ void addRender(CLI::App& program) {
       "An eye below the ground gives a picture and a warning. Ctrl-C or SIGTERM stops without a picture;\n"
       "a raster that was being built into the cache goes on there on the next run.\n\n"
       "Example: Everest from the south, once ./bootstrap demo has made the tile databases\n"
-      "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png");
-  command->callback([arguments] {
-    const auto lacking = render(*arguments);
+      "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,-12,0 --size 1024x768 -o everest.png\n"
+      "A dome master of the same, the dome leaning forward by 30 degrees:\n"
+      "  tellurion render data/earth.toml --camera 27.75,86.82,9500,20,0,0 --projection fisheye --tilt 30 --size "
+      "2048x2048 -o dome.png");
+  command->callback([arguments, command] {
+    const auto lacking = render(*command, *arguments);
     if (!lacking) failRun("render", io::describe(lacking.error()));
     if (lacking->empty()) return;
     std::string message = arguments->output + " is written, but not all of it is there";

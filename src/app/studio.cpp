@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kWrongUse = 2;
-constexpr int kLargestSide = 16384;
+constexpr int kLargestSide = 65536;
 constexpr std::size_t kFailuresTold = 5;
 constexpr double kMebi = 1024.0 * 1024.0;
 
@@ -292,10 +292,7 @@ io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop
   if (scene->sky.enabled) {
     if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
   }
-  auto target = render::RenderTarget::create(arguments.viewport());
-  if (!target) return tl::unexpected(target.error());
-  return Studio{std::move(*globe), clockOf(*scene, arguments), std::move(*context), std::move(*renderer),
-                std::move(*target)};
+  return Studio{std::move(*globe), clockOf(*scene, arguments), std::move(*context), std::move(*renderer)};
 }
 
 void setClock(Studio& studio, double seconds) {

@@ -81,7 +81,6 @@ struct Studio {
   scene::SceneClock clock;  ///< as it starts
   render::HeadlessContext context;
   render::Renderer renderer;
-  render::RenderTarget target;
 };
 
 io::Result<Studio> openStudio(const PictureArguments& arguments, const std::stop_token& stop);

@@ -35,19 +35,23 @@ struct FrameBlock {
   geo::Vec4f eyeRemainder;
   geo::Vec4f toSun_body;
   geo::Vec4f switches;
+  geo::Vec4f offAxis;
 };
-static_assert(sizeof(FrameBlock) == 128);
+static_assert(sizeof(FrameBlock) == 144);
 
 FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
   const scene::View& view = frame.view;
-  const double yScale = 1.0 / std::tan(view.verticalFov.radians() / 2.0);
-  const double xScale = yScale * view.viewport.height / view.viewport.width;
+  const scene::Sides sides = view.sides();
+  const double xScale = 2.0 / sides.width();
+  const double yScale = 2.0 / sides.height();
   const geo::Vec3 toSun = frame.light.toSun_body;
   return {.viewFromBody = geo::Mat4f(geo::Mat3f(view.viewFromBody)),
           .projection = {static_cast<float>(xScale), static_cast<float>(yScale), kNearPlane_m, 0.0f},
           .eyeRemainder = geo::Vec4f(eye.remainder, static_cast<float>(frame.vertexGrid_m)),
           .toSun_body = geo::Vec4f(geo::Vec3f(toSun), static_cast<float>(frame.light.ambient)),
-          .switches = {frame.light.enabled ? 1.0f : 0.0f, static_cast<float>(frame.exaggeration - 1.0), 0.0f, 0.0f}};
+          .switches = {frame.light.enabled ? 1.0f : 0.0f, static_cast<float>(frame.exaggeration - 1.0), 0.0f, 0.0f},
+          .offAxis = {static_cast<float>(sides.middleX() * xScale), static_cast<float>(sides.middleY() * yScale), 0.0f,
+                      0.0f}};
 }
 
 Buffer emptyBuffer() {

@@ -24,22 +24,18 @@ Texture makeAttachment(GLenum format, scene::Viewport size) {
 /// Metres along the ray through a pixel's centre for its depth; NaN where nothing was drawn.
 class DistanceFromDepth {
  public:
-  explicit DistanceFromDepth(const scene::View& view)
-      : tanY_(std::tan(view.verticalFov.radians() / 2.0)),
-        tanX_(tanY_ * view.viewport.width / view.viewport.height),
-        size_(view.viewport) {}
+  explicit DistanceFromDepth(const scene::View& view) : sides_(view.sides()), size_(view.viewport) {}
 
   /// row counts from the top.
   double operator()(int col, int row, float depth) const {
     if (!(depth > 0.0f)) return std::numeric_limits<double>::quiet_NaN();
-    const double x = (2.0 * (col + 0.5) / size_.width - 1.0) * tanX_;
-    const double y = (1.0 - 2.0 * (row + 0.5) / size_.height) * tanY_;
+    const double x = sides_.middleX() + ((col + 0.5) / size_.width - 0.5) * sides_.width();
+    const double y = sides_.middleY() + (0.5 - (row + 0.5) / size_.height) * sides_.height();
     return static_cast<double>(kNearPlane_m) / static_cast<double>(depth) * std::sqrt(1.0 + x * x + y * y);
   }
 
  private:
-  double tanY_;
-  double tanX_;
+  scene::Sides sides_;
   scene::Viewport size_;
 };
 

@@ -27,6 +27,7 @@ class RenderTarget {
   scene::Viewport size() const { return size_; }
   std::uint64_t bytes() const;
   unsigned int framebuffer() const { return framebuffer_.name(); }
+  unsigned int colour() const { return colour_.name(); }  ///< the texture
 
  private:
   RenderTarget() = default;

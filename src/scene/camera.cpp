@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -70,7 +71,16 @@ io::Result<Camera> parseCamera(std::string_view text) {
       .roll = geo::Angle::degrees(values[5])};
 }
 
+Sides View::sides() const {
+  if (offAxis) return *offAxis;
+  const double y = std::tan(verticalFov.radians() / 2.0);
+  const double x = y * viewport.width / viewport.height;
+  return {.left = -x, .right = x, .bottom = -y, .top = y};
+}
+
 double View::pixelAngle() const {
+  if (agreedPixelAngle) return *agreedPixelAngle;
+  if (offAxis) return std::min(offAxis->width() / viewport.width, offAxis->height() / viewport.height);
   return 2.0 * std::tan(verticalFov.radians() / 2.0) / viewport.height;
 }
 

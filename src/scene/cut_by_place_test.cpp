@@ -219,6 +219,32 @@ TEST_P(Dome, picturesChosenAllAroundAreOne) {
   EXPECT_EQ(apart.mostMorph, 0.0f);
 }
 
+/// And one eye that sees all around has just these, so one cut serves all faces of a dome's picture.
+TEST_P(Dome, anEyeThatSeesAllAroundDrawsTheSame) {
+  std::mt19937_64 random = geo::seededGenerator();
+  for (const double height_m : {10000.0, 50000.0, 3e6}) {
+    const geo::BodyPosition eye =
+        viewOver(geo::uniform(random, -90.0, 90.0), geo::uniform(random, -180.0, 180.0), height_m, 0, 0).eye;
+    const auto views = allAround(eye, randomView(random).viewFromBody, 1024);
+    View around = views[0];
+    around.isAllAround = true;
+    const CutOptions options{.tolerance_px = kTolerance_px, .maxTiles = 100000};
+    const Selection whole = cut(around, options);
+    std::size_t drawn = 0;
+    for (const View& view : views) {
+      CutOptions infinite = options;
+      infinite.margin = std::numeric_limits<double>::infinity();
+      for (const SelectedTile& tile : cut(view, infinite).drawn) {
+        const auto same = std::ranges::find(whole.drawn, tile.id, &SelectedTile::id);
+        ASSERT_TRUE(same != whole.drawn.end());
+        EXPECT_EQ(same->morph, tile.morph);
+        ++drawn;
+      }
+    }
+    EXPECT_GE(drawn, whole.drawn.size());
+  }
+}
+
 /// Else each is within the tolerance, and what neighbours beyond one of the pictures ask for may differ by a level.
 TEST_P(Dome, othersAreALevelApartAtMost) {
   const Apart apart = compared(CutOptions{}.margin);

@@ -90,12 +90,11 @@ raster::Rgba8 errorColour(double error_px, double tolerance_px) {
 
 std::array<Segment, 8> pyramidOf(const View& view, const geo::Ellipsoid& ellipsoid) {
   const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
-  const double tanY = std::tan(view.verticalFov.radians() / 2.0);
-  const double tanX = tanY * view.viewport.width / view.viewport.height;
+  const Sides sides = view.sides();
   std::array<geo::BodyPosition, 4> ends;
   for (std::size_t i = 0; i < 4; ++i) {  // around the picture
-    const double x = i == 0 || i == 3 ? -tanX : tanX;
-    const double y = i < 2 ? -tanY : tanY;
+    const double x = i == 0 || i == 3 ? sides.left : sides.right;
+    const double y = i < 2 ? sides.bottom : sides.top;
     const geo::Vec3 ray = geo::normalize(bodyFromView * geo::Vec3(x, y, -1.0));
     const auto hit_m = ellipsoid.intersect({view.eye, ray});
     ends[i] = view.eye + ray * hit_m.value_or(reach_m(view.eye, ellipsoid));

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -56,6 +57,10 @@ struct TerrainMesh {
   // All normals of the ellipsoid over the tile lie within upReach of this one, as lengths of unit vectors' differences.
   geo::Vec3f middleUp_body{0.0f};
   float upReach = 2.0f;
+  /// Metres from the origin within which all of it lies, on its parent's surface too, drawn without exaggeration; and
+  /// the largest height above or below the ellipsoid. Infinite: not known.
+  float reach_m = std::numeric_limits<float>::infinity();
+  float highest_m = 0.0f;
 };
 
 /// A picture for the GPU with its mip levels, each half the one before (rounded down), made on a worker. Immutable once
@@ -149,5 +154,9 @@ struct Frame {
   FrameStatistics statistics;
   DebugOverlay debug;  ///< nothing unless asked for
 };
+
+/// The same ground in another picture from nearly the same eye: what of the frame's tiles may be seen in `view`, at the
+/// same levels and with the same morphs. For pictures that are drawn in parts, or in several directions.
+Frame partOf(const Frame& frame, const View& view);
 
 }  // namespace tellurion::scene

@@ -53,8 +53,11 @@ PixelPosition centreOf(const Viewport& viewport) {
 
 geo::Vec3 viewDirectionThrough(const View& view, PixelPosition pixel) {
   const PixelPosition centre = centreOf(view.viewport);
-  const double size = view.pixelAngle();
-  return geo::normalize(geo::Vec3((pixel.x - centre.x) * size, (centre.y - pixel.y) * size, -1.0));
+  const Sides sides = view.sides();
+  const double width = sides.width() / view.viewport.width;
+  const double height = sides.height() / view.viewport.height;
+  return geo::normalize(
+      geo::Vec3(sides.middleX() + (pixel.x - centre.x) * width, sides.middleY() + (centre.y - pixel.y) * height, -1.0));
 }
 
 geo::Ray rayThrough(const View& view, PixelPosition pixel) {
@@ -65,8 +68,9 @@ std::optional<PixelPosition> pixelOf(const View& view, const geo::BodyPosition& 
   const geo::Vec3 p_view = view.viewFromBody * (point - view.eye);
   if (!(p_view.z < 0.0)) return std::nullopt;
   const PixelPosition centre = centreOf(view.viewport);
-  const double pixels = -1.0 / (view.pixelAngle() * p_view.z);
-  return PixelPosition{centre.x + p_view.x * pixels, centre.y - p_view.y * pixels};
+  const Sides sides = view.sides();
+  return PixelPosition{centre.x + (p_view.x / -p_view.z - sides.middleX()) * view.viewport.width / sides.width(),
+                       centre.y - (p_view.y / -p_view.z - sides.middleY()) * view.viewport.height / sides.height()};
 }
 
 std::optional<geo::BodyPosition> groundAlong(const geo::Ray& ray, const Ground& ground, double pixelAngle) {

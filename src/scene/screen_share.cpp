@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <span>
 
+#include "scene/picture_projection.h"
+
 namespace tellurion::scene {
 namespace {
 
@@ -62,16 +64,14 @@ class Clipped {
   std::size_t count_;
 };
 
-}  // namespace
-
-double screenShare(const OrientedBox& box, const View& view) {
-  const double halfHeight = std::tan(0.5 * view.verticalFov.radians());
-  const double halfWidth = halfHeight * view.viewport.width / view.viewport.height;
+double shareOfPicture(const OrientedBox& box, const geo::BodyPosition& eye, const geo::Mat3& viewFromBody,
+                      const Sides& sides) {
   const auto sighted = [&](const geo::Vec3& fromEye) {
-    const geo::Vec3 seen = view.viewFromBody * fromEye;
-    return Sighted(seen.x / halfWidth, seen.y / halfHeight, -seen.z);
+    const geo::Vec3 seen = viewFromBody * fromEye;
+    return Sighted((seen.x + sides.middleX() * seen.z) / (0.5 * sides.width()),
+                   (seen.y + sides.middleY() * seen.z) / (0.5 * sides.height()), -seen.z);
   };
-  const geo::Vec3 centre = box.centre - view.eye;
+  const geo::Vec3 centre = box.centre - eye;
   std::array<geo::Vec3, 3> axes = box.halfAxes;
   axes[2] *= kFilled;
   double share = 0.0;
@@ -90,6 +90,16 @@ double screenShare(const OrientedBox& box, const View& view) {
             .share();
   }
   return isOutside ? std::min(share, 1.0) : 1.0;
+}
+
+}  // namespace
+
+double screenShare(const OrientedBox& box, const View& view) {
+  if (!view.isAllAround) return shareOfPicture(box, view.eye, view.viewFromBody, view.sides());
+  double share = 0.0;
+  for (const geo::Mat3& faceFromView : kCubeFaces)
+    share += shareOfPicture(box, view.eye, faceFromView * view.viewFromBody, Sides{});
+  return share / static_cast<double>(kCubeFaces.size());
 }
 
 }  // namespace tellurion::scene

@@ -198,6 +198,23 @@ void setNormals(const SurfaceGrid& grid, TerrainMesh& mesh) {
   mesh.upReach = static_cast<float>(std::sqrt(most2) + kRounding);
 }
 
+/// How far it reaches, morphed too: toParent is a way in steps.
+void setReach(TerrainMesh& mesh) {
+  double reach_m = 0.0;
+  double highest_m = 0.0;
+  for (const TerrainVertex& v : mesh.vertices) {
+    const geo::Vec3 here(v.position_tile);
+    const double step = static_cast<double>(mesh.parentStep_m);
+    const geo::Vec3 way = step * geo::Vec3(v.toParent[0], v.toParent[1], v.toParent[2]);
+    reach_m = std::max({reach_m, geo::length(here), geo::length(here + way)});
+    const double height_m = static_cast<double>(v.height_m);
+    highest_m = std::max({highest_m, std::abs(height_m), std::abs(height_m + step * v.toParent[3])});
+  }
+  constexpr double kRounding_m = 2.0;  // of the fine parts of vertices, and of single precision
+  mesh.reach_m = static_cast<float>(1.001 * reach_m + kRounding_m);
+  mesh.highest_m = static_cast<float>(1.001 * highest_m + kRounding_m);
+}
+
 }  // namespace
 
 std::uint64_t nextSerial() {
@@ -252,6 +269,7 @@ MadeMesh makeTerrainMesh(const tiling::Tiling& tiling, const geo::Ellipsoid& ell
   for (std::size_t e = 0; e < 4; ++e)
     mesh.coarseEdge[e] = writer.add(triangles.coarse[e]);
   setNormals(grid, mesh);
+  setReach(mesh);
   const double reach_m = writer.reach_m();
   const double error_m = meshError_m(tiling, ellipsoid, grid, triangles);
   return {.mesh = std::make_shared<const TerrainMesh>(std::move(mesh)),

@@ -8,11 +8,18 @@ namespace tellurion::scene {
 
 ViewFrustum::ViewFrustum(const View& view, double margin, double move_m) : eye_(view.eye.m), slack_m_(move_m + 1e-6) {
   const geo::Mat3 bodyFromView = glm::transpose(view.viewFromBody);
-  const double y = std::tan(view.verticalFov.radians() / 2.0) * (1.0 + margin);
-  const double x = y * view.viewport.width / view.viewport.height;
-  // In view axes the picture is |x| <= tan * -z, |y| <= tan * -z.
-  const std::array<geo::Vec3, 5> inView{geo::Vec3(-1.0, 0.0, -x), geo::Vec3(1.0, 0.0, -x), geo::Vec3(0.0, -1.0, -y),
-                                        geo::Vec3(0.0, 1.0, -y), geo::Vec3(0.0, 0.0, -1.0)};
+  if (view.isAllAround) {  // planes that everything lies on
+    inward_.fill(geo::Vec3(0.0));
+    return;
+  }
+  const Sides sides = view.sides();
+  const double halfX = 0.5 * sides.width() * (1.0 + margin);
+  const double halfY = 0.5 * sides.height() * (1.0 + margin);
+  // In view axes the picture is left <= x / -z <= right, bottom <= y / -z <= top.
+  const std::array<geo::Vec3, 5> inView{geo::Vec3(-1.0, 0.0, -(sides.middleX() + halfX)),
+                                        geo::Vec3(1.0, 0.0, sides.middleX() - halfX),
+                                        geo::Vec3(0.0, -1.0, -(sides.middleY() + halfY)),
+                                        geo::Vec3(0.0, 1.0, sides.middleY() - halfY), geo::Vec3(0.0, 0.0, -1.0)};
   std::transform(inView.begin(), inView.end(), inward_.begin(),
                  [&](const geo::Vec3& n) { return bodyFromView * geo::normalize(n); });
 }
@@ -31,6 +38,11 @@ std::optional<std::uint8_t> ViewFrustum::planesAround(const OrientedBox& box, st
     if (inside >= reach) within |= bit;
   }
   return within;
+}
+
+bool ViewFrustum::mayShow(const geo::BodyPosition& centre, double radius_m) const {
+  const geo::Vec3 fromEye = centre.m - eye_;
+  return std::ranges::all_of(inward_, [&](const geo::Vec3& n) { return geo::dot(fromEye, n) >= -radius_m; });
 }
 
 std::array<double, 4> ViewFrustum::reachOverSides_m(const OrientedBox& box) const {

@@ -10,8 +10,8 @@
 
 namespace tellurion::scene {
 
-/// The four sides of a view's pyramid and the plane through the eye (no far plane: distance is the cut's business).
-/// Immutable.
+/// The four sides of a view's pyramid and the plane through the eye (no far plane: distance is the cut's business). Of
+/// a view that is all around it holds everything. Immutable.
 class ViewFrustum {
  public:
   static constexpr std::uint8_t kAllPlanes = 0x1F;
@@ -25,6 +25,8 @@ class ViewFrustum {
   /// The planes that all of the box lies within, a bit for each; nothing when it lies wholly beyond one. `within`:
   /// those that are known to hold all that the box stands for, and are not tested.
   std::optional<std::uint8_t> planesAround(const OrientedBox& box, std::uint8_t within = 0) const;
+  /// Likewise of a sphere.
+  bool mayShow(const geo::BodyPosition& centre, double radius_m) const;
   /// How far the box reaches over each of the four sides into the pyramid, in metres; negative: all of it is beyond.
   std::array<double, 4> reachOverSides_m(const OrientedBox& box) const;
 

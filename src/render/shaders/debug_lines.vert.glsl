@@ -6,6 +6,6 @@ flat out vec4 lineColour;
 
 void main() {
   vec3 position_view = mat3(viewFromBody) * position_rte;
-  gl_Position = vec4(position_view.xy * projection.xy, projection.z, -position_view.z);
+  gl_Position = vec4(onPicture(position_view), projection.z, -position_view.z);
   lineColour = colour;
 }

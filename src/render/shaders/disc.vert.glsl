@@ -19,5 +19,5 @@ void main() {
   upwards_view = cross(sideways_view, away_view);
   fromMiddle = (1.0 + pixel / disc.w) * vec2(gl_VertexID % 2 == 0 ? -1.0 : 1.0, gl_VertexID / 2 == 0 ? -1.0 : 1.0);
   vec3 corner_view = away_view + disc.w * (fromMiddle.x * sideways_view + fromMiddle.y * upwards_view);
-  gl_Position = vec4(corner_view.xy * projection.xy, 0.0, -corner_view.z);
+  gl_Position = vec4(onPicture(corner_view), 0.0, -corner_view.z);
 }

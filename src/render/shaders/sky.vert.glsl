@@ -40,5 +40,5 @@ void main() {
   skyReaches = exp(-textureLod(airDepth, place.yz, 0.0).rgb);
   skyLight = textureLod(airLight, place, 0.0).rgb;
   vec3 direction_view = mat3(viewFromBody) * (direction / airView.scale.xyz);
-  gl_Position = vec4(direction_view.xy * projection.xy, 0.0, -direction_view.z);
+  gl_Position = vec4(onPicture(direction_view), 0.0, -direction_view.z);
 }

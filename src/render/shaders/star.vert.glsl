@@ -23,7 +23,7 @@ void main() {
   vec3 direction_view = mat3(viewFromBody) * direction_body;
   vec3 sideways = normalize(cross(direction_view, abs(direction_view.y) < 0.9 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
   vec3 corner_view = direction_view + pixel * star.w * (fromStar.x * sideways + fromStar.y * cross(sideways, direction_view));
-  gl_Position = vec4(corner_view.xy * projection.xy, 0.0, -corner_view.z);
+  gl_Position = vec4(onPicture(corner_view), 0.0, -corner_view.z);
   bool isSeen = max(max(light.r, light.g), light.b) > kFaintest && dot(direction_body, moon.xyz) < moon.w;
   if (!isSeen) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
 }

@@ -74,7 +74,7 @@ void main() {
       (rteFromTile(moved) - eyeRemainder.xyz) + up_body * ((height_m + change.w) * switches.y);
   vec3 position_view = mat3(viewFromBody) * position_rte;
   // Reverse z with the far plane at infinity: depth is near / distance, 1 at the near plane, 0 at infinity.
-  gl_Position = vec4(position_view.xy * projection.xy, projection.z, -position_view.z);
+  gl_Position = vec4(onPicture(position_view), projection.z, -position_view.z);
   textureCoordinates = vec4(colourWindow.xy + colourWindow.zw * place, reliefWindow.xy + reliefWindow.zw * place);
   upInterpolated_body = up_body;
   plainColour = plain;
