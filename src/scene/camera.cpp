@@ -70,6 +70,13 @@ io::Result<Camera> parseCamera(std::string_view text) {
       .roll = geo::Angle::degrees(values[5])};
 }
 
+std::string formatCamera(const Camera& camera) {
+  const auto angle = [](geo::Angle a) { return std::round(a.degrees() * 1e7) / 1e7 + 0.0; };  // never -0
+  return fmt::format("{:.9f},{:.9f},{:.4f},{:.7f},{:.7f},{:.7f}", camera.position.lat.degrees(),
+                     camera.position.lon.degrees(), camera.position.height_m, angle(camera.heading),
+                     angle(camera.pitch), angle(camera.roll));
+}
+
 double View::pixelAngle() const {
   return 2.0 * std::tan(verticalFov.radians() / 2.0) / viewport.height;
 }

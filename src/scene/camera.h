@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "geo/body.h"
@@ -25,6 +26,8 @@ struct Viewport {
 /// "LAT,LON,HEIGHT,HEADING,PITCH,ROLL", degrees and metres above the ellipsoid. Trailing values may be left out from
 /// HEADING on (north, -90, 0).
 io::Result<Camera> parseCamera(std::string_view text);
+/// What parseCamera reads, with all six numbers; exact to a tenth of a millimetre on Earth.
+std::string formatCamera(const Camera& camera);
 
 /// A camera placed on a body. View axes: x right, y up, z backwards (the eye looks along -z).
 struct View {
