@@ -143,6 +143,7 @@ scene::View ViewControls::dragged(const Drag& drag, scene::PixelPosition cursor,
 /// What an earlier turn of the wheel has left to do is done with this one.
 bool ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground, double now_s) {
   const double left = motion_ ? motion_->stepsLeft(now_s) : 0.0;
+  advance(ground, now_s);  // to where this much is left
   begin(easedZoom(view_, scene::gripAt(view_, pixel, ground), left + steps, now_s));
   return true;
 }

@@ -57,7 +57,7 @@ bool isEmpty(scene::Viewport size) {
 
 ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
                    render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut,
-                   const ViewQuality& quality, const scene::SceneClock& clock)
+                   const ViewQuality& quality, const scene::SceneClock& clock, scene::Gazetteer places)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
@@ -65,7 +65,8 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       renderer_(std::move(renderer)),
       ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
       controls_(start),
-      travel_(controls_, ground_, globe.body().name, [this](std::string text) { notify(std::move(text)); }),
+      travel_(controls_, ground_, globe.body().name, std::move(places),
+              [this](std::string text) { notify(std::move(text)); }),
       cut_(cut),
       quality_(quality),
       control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}),
@@ -158,6 +159,7 @@ void ViewLoop::handleKey(ViewKey key) {
       break;
     case ViewKey::escape:
       helpShown_ = false;
+      travel_.handle(key, now_s());
       break;
     case ViewKey::screenshot:
       saveScreenshot();
@@ -302,6 +304,7 @@ void ViewLoop::drawPanels() {
   if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
   if (layersShown_ && drawLayers(globe_)) pictureStale_ = true;
   if (travel_.draw(now_s())) pictureStale_ = true;
+  window_.expectText(travel_.wantsText());
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();

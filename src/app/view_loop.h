@@ -26,7 +26,7 @@ class ViewLoop {
  public:
   ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
            const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality,
-           const scene::SceneClock& clock);
+           const scene::SceneClock& clock, scene::Gazetteer places);
 
   /// Where the eye can be sent.
   ViewTravel& travel() { return travel_; }

@@ -27,6 +27,8 @@ void ViewTravel::setKeyFrames(std::vector<scene::KeyFrame> frames) {
 }
 
 void ViewTravel::handle(ViewKey key, double now_s) {
+  if (key == ViewKey::goTo) goTo_.open();
+  if (key == ViewKey::escape) goTo_.close();
   if (key == ViewKey::bookmarks) bookmarks_.shown() = !bookmarks_.shown();
   if (key == ViewKey::keyFrames) keyFrames_.shown() = !keyFrames_.shown();
   if (key == ViewKey::record) toggleRecording(now_s);
@@ -83,6 +85,9 @@ void ViewTravel::play(double now_s) {
 }
 
 bool ViewTravel::draw(double now_s) {
+  if (goTo_.shown()) {
+    if (const auto asked = goTo_.draw(controls_.view(), ground_)) controls_.flyTo(*asked, ground_, now_s);
+  }
   if (bookmarks_.shown()) {
     if (const auto asked = bookmarks_.draw(camera())) flyTo(*asked, now_s);
   }

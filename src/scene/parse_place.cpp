@@ -141,7 +141,8 @@ class Reading {
     rest_.remove_prefix(end);
     number.value = *value;
     number.isWhole = digits.find('.') == digits.npos;
-    const bool beginsAnother = number.isSigned || isClosed_ || now_.metres || now_.numbers.size() >= 3;
+    const bool beginsAnother = number.isSigned || isClosed_ || now_.metres ||
+                               (now_.numbers.size() >= 3 && now_.numbers.front().mark != kUnmarked);
     if (beginsAnother && !now_.numbers.empty()) close();
     isClosed_ = false;
     now_.numbers.push_back(number);

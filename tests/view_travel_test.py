@@ -1,0 +1,305 @@
+#!/usr/bin/env python3
+"""How the eye travels in the viewer's window: flights, a drag that goes on, places, bookmarks, recordings, key frames.
+
+    view_travel_test.py PROGRAM SOURCE_DIR WORK_DIR [--attitudes N]
+
+With --attitudes only this: in N random attitudes the point under the cursor stays under it while dragging and zooming (a
+sample of it is always made). Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
+"""
+import csv
+import glob
+import math
+import os
+import random
+import re
+import shutil
+import sys
+import time
+
+from view_test import SIZE, SKIPPED, FOV_DEGREES, Display, Viewer, check_near, make_scene, on_sphere, wait_for, window_picture
+
+START = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
+
+
+def check_camera(what, camera, wished, tolerance=1e-3):
+    for value, expected in zip(camera[:3], wished[:3]):
+        check_near(what, value, expected, tolerance)
+
+
+def bright(viewer, left, top, right, bottom):
+    pixels = window_picture(viewer, "panel.png")
+    return sum(1 for row in range(top, bottom) for col in range(left, right) if min(pixels[row * SIZE[0] + col]) > 200)
+
+
+def type_text(viewer, text, *keys):
+    viewer.xdotool("type", "--delay", 5, text)
+    if keys:
+        viewer.xdotool("key", *keys)
+
+
+def test_flight_home(viewer):
+    """It comes from somewhere and ends where asked; Esc stops it where it is."""
+    viewer.wheel(20, (250, 200))
+    away = viewer.camera()
+    assert away[2] < 0.3 * START[2]
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+    viewer.wheel(60, (250, 200))
+    viewer.camera()
+    viewer.xdotool("key", "Home", "Escape")
+    stopped = viewer.camera()
+    assert stopped[2] < START[2] - 1.0, "Esc did not stop the flight"
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+
+
+def test_double_click(viewer):
+    at = (380, 200)
+    before = viewer.camera()
+    viewer.move(*at)
+    viewer.xdotool("click", "--repeat", 2, "--delay", 30, 1)
+    after = viewer.camera()
+    check_near("share of the height left", after[2] / before[2], 0.9 ** 5, 0.06)
+    held, now = on_sphere(before, at), on_sphere(after, at)
+    check_near("latitude of the point", now[0], held[0], 0.3)
+    check_near("longitude of the point", now[1], held[1], 0.3)
+    viewer.key("Home")
+
+
+def test_inertia(viewer):
+    """What is thrown goes on and comes to rest, and then the program sleeps."""
+    viewer.camera()
+    for attempt in range(20):  # on a busy machine the throw may be seen as a rest
+        viewer.move(300, 240)
+        viewer.xdotool("mousedown", 1, "mousemove_relative", 20, 0, "sleep", 0.03, "mousemove_relative", 20, 0, "sleep", 0.03,
+                       "mousemove_relative", 20, 0, "mouseup", 1)
+        let_go = viewer.camera_now()
+        rest = viewer.camera()
+        if let_go[1] - rest[1] > 0.1:
+            break
+    else:
+        raise AssertionError("the globe stops at once")
+    check_near("height", rest[2], START[2], 1.0)
+    viewer.wait_until_complete()
+    wait_for("a program that sleeps when nothing happens", viewer.idle)
+    viewer.key("Home")
+    viewer.camera()
+
+
+def test_recording(viewer, scene):
+    """What was flown, as a path that starts and ends where the eye did."""
+    viewer.key("F9")
+    viewer.wheel(10, (300, 200))
+    viewer.camera()
+    viewer.key("Home")
+    viewer.camera()
+    viewer.key("F9")
+    path = wait_for("the recorded path", lambda: viewer.alive() and re.findall("^camera path: (.*)", viewer.text(viewer.errors), re.M))[-1]
+    with open(path) as file:
+        rows = list(csv.DictReader(file))
+    seconds = [float(row["seconds"]) for row in rows]
+    heights = [float(row["height_m"]) for row in rows]
+    assert seconds[0] == 0.0 and seconds == sorted(set(seconds)), seconds
+    assert len(rows) > 5 and min(heights) < 0.6 * START[2], (len(rows), min(heights))
+    for row in (rows[0], rows[-1]):
+        check_camera("an end of the recorded path", [float(row[name]) for name in ("lat", "lon", "height_m")], START)
+    return path
+
+
+def test_key_frames(viewer):
+    """Two views, added by a key, saved from the panel; then played from it."""
+    viewer.key("k")
+    viewer.wheel(10, (500, 200))
+    low = viewer.camera()
+    viewer.key("k")
+    before = len(glob.glob(os.path.join(viewer.folder, "tellurion-path-*.csv")))
+    viewer.camera()
+    window_picture(viewer, "key_frames.png")
+    click_button(viewer, "Save")
+    wait_for("the saved path", lambda: len(glob.glob(os.path.join(viewer.folder, "tellurion-path-*.csv"))) > before)
+    path = sorted(glob.glob(os.path.join(viewer.folder, "tellurion-path-*.csv")))[-1]
+    with open(path) as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2, rows
+    check_camera("the first key", [float(rows[0][name]) for name in ("lat", "lon", "height_m")], START)
+    check_camera("the second key", [float(rows[1][name]) for name in ("lat", "lon", "height_m")], low)
+    viewer.key("Home")
+    viewer.camera()
+    click_button(viewer, "Play")
+    check_camera("after the path was played", viewer.camera(), low)
+    viewer.key("j")
+    viewer.key("Home")
+    viewer.camera()
+
+
+BUTTONS = {"Save": (165, 210), "Play": (130, 210)}
+
+
+def click_button(viewer, name):
+    """Of the key frames' panel, which stands where it first came up."""
+    viewer.move(*BUTTONS[name])
+    viewer.xdotool("click", 1)
+
+
+def test_bookmarks(viewer, program, display, scene):
+    """Kept under a name, found again by another viewer; a damaged file is set aside and not lost."""
+    config = os.path.join(viewer.folder, "config", "tellurion")
+    file = os.path.join(config, "bookmarks.toml")
+    viewer.key("b")
+    viewer.camera()
+    viewer.move(60, 82)
+    viewer.xdotool("click", 1)
+    wait_for("the field of text", lambda: typed_bookmark(viewer, file))
+    with open(file) as text:
+        kept = text.read()
+    assert "Q\\\"home" in kept and 'body = "earth"' in kept, kept
+    window_picture(viewer, "bookmarks.png")
+    viewer.key("b")
+    viewer.wheel(10, (300, 200))
+    viewer.camera()
+    viewer.key("b")
+    viewer.camera()
+    viewer.move(70, 105)  # the first of the list
+    viewer.xdotool("click", 1)
+    check_camera("at the bookmark", viewer.camera(), START)
+    viewer.key("b")
+    with open(file, "w") as text:
+        text.write("[[bookmark]\nname = broken")
+    other = Viewer(program, display, viewer.folder, scene, ",".join(map(str, START)))
+    try:
+        other.key("b")
+        wait_for("the damaged file set aside", lambda: os.path.exists(file + ".damaged"))
+        with open(file + ".damaged") as text:
+            assert "broken" in text.read()
+    finally:
+        other.end()
+
+
+def typed_bookmark(viewer, file):
+    type_text(viewer, 'Q"home', "Return")
+    time.sleep(0.5)
+    return os.path.exists(file)
+
+
+def test_go_to(viewer):
+    """A name that is typed at once after the key, and coordinates; nonsense is told and goes nowhere."""
+    viewer.key("g")
+    type_text(viewer, "zimb", "Return")
+    camera = wait_for("the flight to Zimbabwe", lambda: near(viewer.camera(), -19.0, 29.1, 0.1))
+    assert 200e3 < camera[2] < 3000e3, camera
+    viewer.xdotool("key", "ctrl+f")
+    type_text(viewer, "10 30 0 S, 20 15 E, 500 km", "Return")
+    camera = wait_for("the flight to the coordinates", lambda: near(viewer.camera(), -10.5, 20.25, 1e-5))
+    check_near("height", camera[2], 500e3, 1e-3)
+    viewer.key("g")
+    type_text(viewer, "qqqq", "Return")
+    time.sleep(0.5)
+    window_picture(viewer, "nowhere.png")
+    viewer.key("Escape")
+    viewer.key("Home")
+    check_camera("home again", viewer.camera(), START)
+
+
+def near(camera, lat, lon, tolerance):
+    return camera if abs(camera[0] - lat) < tolerance and abs(camera[1] - lon) < tolerance else None
+
+
+def angle_apart_px(camera, one, other):
+    """How many pixels, straight below, lie between two places on the sphere, seen from so high."""
+    radius = 6378137.0
+    (a, b), (c, d) = (tuple(map(math.radians, p)) for p in (one, other))
+    cosine = math.sin(a) * math.sin(c) + math.cos(a) * math.cos(c) * math.cos(b - d)
+    metres = radius * math.acos(max(-1.0, min(1.0, cosine)))
+    return metres / (camera[2] * 2.0 * math.tan(math.radians(FOV_DEGREES / 2)) / SIZE[1])
+
+
+def test_held_point(program, display, folder, count):
+    """In random attitudes over a sphere without relief the point under the cursor stays under it, within a pixel."""
+    scene = os.path.join(folder, "sphere.toml")
+    with open(scene, "w") as file:
+        file.write(f'body = {{ semi_major_axis_m = 6378137.0, inverse_flattening = 0.0 }}\ntiling = "cube"\n[[imagery]]\nsource = "i.tdb"\n')
+    seed = 20261123
+    chance = random.Random(seed)
+    worst = 0.0
+    for number in range(count):
+        start = [math.degrees(math.asin(chance.uniform(-1, 1))), chance.uniform(-180, 180), 10 ** chance.uniform(4.5, 6.9),
+                 chance.uniform(-180, 180), chance.uniform(-90, -50), 0.0]
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, start)))
+        try:
+            viewer.key("m")
+            at = (chance.randint(220, 420), chance.randint(200, 380))
+            to = (chance.randint(220, 420), chance.randint(200, 380))
+            try:
+                held = on_sphere(start, at)
+            except AssertionError:
+                continue  # the sky
+            viewer.drag(1, at, to)
+            dragged = viewer.camera()
+            off = [angle_apart_px(dragged, held, on_sphere(dragged, to))]
+            held = on_sphere(dragged, to)
+            viewer.wheel(chance.choice([-3, -2, 2, 5]), to)
+            zoomed = viewer.camera()
+            off.append(angle_apart_px(zoomed, held, on_sphere(zoomed, to)))
+            worst = max(worst, *off)
+            assert max(off) < 1.0, f"seed {seed}, attitude {number} {start}: from {at} to {to}, off by {off} pixels"
+        finally:
+            viewer.end()
+    print(f"{count} attitudes: off by {worst:.4f} pixels at most")
+
+
+def test_input_storm(viewer):
+    """Any keys and buttons: the eye stays above the ground and the program alive."""
+    chance = random.Random(5)
+    for _ in range(6):
+        commands = []
+        for _ in range(40):
+            commands += chance.choice([
+                ["key", chance.choice(["Up", "Down", "Left", "Right", "plus", "minus", "n", "Home", "Escape", "shift+Up", "ctrl+Down"])],
+                ["mousemove", "--window", viewer.window, str(chance.randint(0, 639)), str(chance.randint(0, 440))],
+                ["click", "--repeat", str(chance.randint(1, 9)), "--delay", "2", chance.choice(["4", "4", "5"])],
+                ["mousedown", chance.choice(["1", "2", "3"])], ["mouseup", chance.choice(["1", "2", "3"])]])
+        viewer.xdotool(*commands, "mouseup", "1", "mouseup", "2", "mouseup", "3")
+        viewer.alive()
+        assert viewer.camera()[2] > -500.0
+    viewer.key("Home")
+    check_camera("home after the storm", viewer.camera(), START)
+
+
+def run_all(program, source, folder):
+    scene = make_scene(program, source, folder)
+    display = Display()
+    viewer = None
+    try:
+        if "--attitudes" in sys.argv:
+            test_held_point(program, display, folder, int(sys.argv[sys.argv.index("--attitudes") + 1]))
+            return
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, START)))
+        viewer.wait_until_complete()
+        steps = [lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
+                 lambda: test_go_to(viewer), lambda: test_recording(viewer, scene), lambda: test_key_frames(viewer),
+                 lambda: test_bookmarks(viewer, program, display, scene), lambda: test_input_storm(viewer),
+                 lambda: test_held_point(program, display, folder, 4)]
+        for step in steps:
+            began = time.monotonic()
+            step()
+            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s", flush=True)
+    finally:
+        if viewer:
+            viewer.end()
+        display.stop()
+
+
+def main():
+    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
+    if missing:
+        print("skipped, not installed: " + " ".join(missing))
+        return SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    run_all(program, source, folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
