@@ -117,8 +117,15 @@ class Viewer:
     def camera_now(self):
         """What the program prints when asked for its camera: lat, lon, height, heading, pitch, roll."""
         before = len(self.text(self.output).splitlines())
-        self.key("c")
-        lines = wait_for("the camera line", lambda: self.alive() and self.text(self.output).splitlines()[before:])
+        asked = [0.0]
+
+        def line():
+            if time.monotonic() - asked[0] > 4.0:  # once more, should a panel that was closing have got the key
+                self.key("c")
+                asked[0] = time.monotonic()
+            return self.alive() and self.text(self.output).splitlines()[before:]
+
+        lines = wait_for("the camera line", line)
         return [float(value) for value in lines[-1].split(",")]
 
     def screenshot(self):

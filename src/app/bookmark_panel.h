@@ -10,8 +10,8 @@
 
 namespace tellurion::app {
 
-/// Views with names: kept, listed, flown to, deleted, and remembered between runs in bookmarks.toml (config_file.h). Each
-/// change reads the file first, so that two viewers do not lose each other's. Main thread only.
+/// Views with names: kept, listed, flown to, deleted, and remembered between runs in bookmarks.toml (config_file.h).
+/// Each change reads the file first, so that two viewers do not lose each other's. Main thread only.
 class BookmarkPanel {
  public:
   using Notify = std::function<void(std::string)>;

@@ -37,8 +37,9 @@ std::optional<scene::View> GoToPanel::draw(const scene::View& now, const scene::
       ImGui::SetKeyboardFocusHere();
     }
     ImGui::SetNextItemWidth(unit * 28);
-    const bool entered = ImGui::InputTextWithHint("##where", "a name, or coordinates: 27.988, 86.925   27\302\26059'17\"N 86\302\26055'30\"E",
-                                                  text_.data(), text_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+    const bool entered = ImGui::InputTextWithHint(
+        "##where", "a name, or coordinates: 27.988, 86.925   27\302\26059'17\"N 86\302\26055'30\"E", text_.data(),
+        text_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
     if (ImGui::IsItemEdited()) chosen_ = 0;
     if (text_[0] != '\0') {
       const auto written = scene::parsePlace(text_.data());

@@ -49,7 +49,8 @@ io::Result<scene::Gazetteer> placesOf(const ViewArguments& arguments, const std:
 }
 
 io::Result<void> view(const ViewArguments& arguments) {
-  const auto scene = scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
+  const auto scene =
+      scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
   if (!scene) return tl::unexpected(scene.error());
   auto places = placesOf(arguments, scene->body.name);
   if (!places) return tl::unexpected(places.error());

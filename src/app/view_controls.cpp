@@ -150,8 +150,8 @@ bool ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene:
 
 bool ViewControls::leapTowards(scene::PixelPosition pixel, const scene::Ground& ground, double now_s) {
   const auto grip = scene::gripAt(view_, pixel, ground);
-  const scene::View target = grip ? scene::zoomed(view_, *grip, kDoubleClickSteps, ground)
-                                  : scene::climbed(view_, kDoubleClickSteps, ground);
+  const scene::View target =
+      grip ? scene::zoomed(view_, *grip, kDoubleClickSteps, ground) : scene::climbed(view_, kDoubleClickSteps, ground);
   flyTo(target, ground, now_s);
   return true;
 }

@@ -19,7 +19,7 @@ namespace tellurion::app {
 namespace {
 
 constexpr int kDrawingsOfAnInput = 3;  // ImGui takes a press, a release and a new size one after the other
-constexpr int kMostDrawings = 60;  // a line that was pasted as keys
+constexpr int kMostDrawings = 60;      // a line that was pasted as keys
 constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
@@ -310,9 +310,8 @@ void ViewLoop::drawPanels() {
   window_.show();
   // ImGui shows a window from its second frame on, when it knows its size.
   if (panelDrawings_ > 0) --panelDrawings_;
-  panelsStale_ =
-      (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
-      ((layersShown_ || travel_.panelShown()) && panelDrawings_ > 0);
+  panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
+                 ((layersShown_ || travel_.panelShown()) && panelDrawings_ > 0);
   helpDrawn_ = helpShown_;
   statisticsDrawn_ = statisticsShown_;
 }

@@ -27,9 +27,9 @@ struct Typed {
 
 struct Heard {
   std::vector<InputEvent> events;
-  std::vector<Typed> typed;         ///< waits until a field of text is ready for it
-  bool typing = false;              ///< a panel that has a field of text is open
-  bool swallowsCharacter = false;   ///< that of the key which opened it
+  std::vector<Typed> typed;        ///< waits until a field of text is ready for it
+  bool typing = false;             ///< a panel that has a field of text is open
+  bool swallowsCharacter = false;  ///< that of the key which opened it
   /// Where the cursor was at the last event; the window system itself only knows where it is by now.
   scene::PixelPosition cursor;
 };

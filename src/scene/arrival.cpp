@@ -12,12 +12,13 @@ constexpr double kDefaultSize_m = 20e3;
 constexpr double kLeastSize_m = 200.0;
 
 View above(geo::Angle lat, geo::Angle lon, double overGround_m, const View& now, const Ground& ground) {
-  const Camera camera{.position = {.lat = lat,
-                                   .lon = lon,
-                                   .height_m = ground.heightOrZero_m(geo::directionFromLatLon(lat, lon)) + overGround_m},
-                      .heading = {},
-                      .pitch = geo::Angle::degrees(-90.0),
-                      .roll = {}};
+  const Camera camera{
+      .position = {.lat = lat,
+                   .lon = lon,
+                   .height_m = ground.heightOrZero_m(geo::directionFromLatLon(lat, lon)) + overGround_m},
+      .heading = {},
+      .pitch = geo::Angle::degrees(-90.0),
+      .roll = {}};
   return cleared(viewOf(camera, ground.ellipsoid, now.verticalFov, now.viewport), ground);
 }
 

@@ -98,10 +98,13 @@ TEST(KeyFrames, MoveAsInAList) {
 TEST(Bookmarks, ComeBackAsTheyWere) {
   std::mt19937 random(11);
   const auto between = [&random](double low, double high) { return std::uniform_real_distribution(low, high)(random); };
-  const std::vector<std::string> names{"Everest", "a \"quoted\" \\ name", "Z\u00fcrich \u5317\u4eac", "", "tab\there\nline"};
+  const std::vector<std::string> names{"Everest", "a \"quoted\" \\ name", "Z\u00fcrich \u5317\u4eac", "",
+                                       "tab\there\nline"};
   std::vector<Bookmark> bookmarks;
   for (const std::string& name : names)
-    bookmarks.push_back({name, "mars", cameraAt(between(-90, 90), between(-180, 180), between(0, 1e7), between(-180, 180), between(-90, 90))});
+    bookmarks.push_back(
+        {name, "mars",
+         cameraAt(between(-90, 90), between(-180, 180), between(0, 1e7), between(-180, 180), between(-90, 90))});
   const auto again = parseBookmarks(formatBookmarks(bookmarks), "bookmarks.toml");
   ASSERT_TRUE(again) << io::describe(again.error());
   ASSERT_EQ(again->size(), bookmarks.size());
@@ -115,8 +118,8 @@ TEST(Bookmarks, ComeBackAsTheyWere) {
 }
 
 TEST(Bookmarks, DamagedOnesAreToldAndWhere) {
-  for (const char* text : {"[[bookmark]]\nname = 3\n", "[[bookmark]]\nname = \"x\"\n", "bookmark = 5", "][", "[[other]]\n",
-                           "[[bookmark]]\nname=\"a\"\nbody=\"earth\"\ncamera=\"95,0,0\""}) {
+  for (const char* text : {"[[bookmark]]\nname = 3\n", "[[bookmark]]\nname = \"x\"\n", "bookmark = 5", "][",
+                           "[[other]]\n", "[[bookmark]]\nname=\"a\"\nbody=\"earth\"\ncamera=\"95,0,0\""}) {
     const auto read = parseBookmarks(text, "b.toml");
     ASSERT_FALSE(read) << text;
     EXPECT_NE(io::describe(read.error()).find("b.toml"), std::string::npos) << io::describe(read.error());

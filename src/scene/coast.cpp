@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kDecay_s = 0.3;
 constexpr double kMeasured_s = 0.1;
-constexpr double kRested_s = 0.06;    ///< since the last move, which a hand that throws does not let pass
+constexpr double kRested_s = 0.06;     ///< since the last move, which a hand that throws does not let pass
 constexpr double kShortest_s = 0.005;  ///< over less no speed is told
 
 }  // namespace

@@ -13,13 +13,13 @@ using geo::Vec3;
 
 constexpr double kRho = 1.42;           // van Wijk and Nuij, section 6: what their users liked best
 constexpr double kSecondsAUnit = 0.45;  // of the path's length; the paper's V is about 1
-constexpr double kUnitsARadian = 2.5;    // around the body, which the paper's plane does not know
+constexpr double kUnitsARadian = 2.5;   // around the body, which the paper's plane does not know
 constexpr double kRadiansASecond = 1.2;
 constexpr double kShortest_s = 0.3;
 constexpr double kLongest_s = 10.0;
-constexpr double kStill_m = 1e-6;   // what is less far
+constexpr double kStill_m = 1e-6;    // what is less far
 constexpr double kStill_rad = 1e-9;  // or turned less, has arrived
-constexpr double kNearPole = 0.5;      // cos(60 degrees)
+constexpr double kNearPole = 0.5;    // cos(60 degrees)
 
 double shortWay(double radians) {
   return std::remainder(radians, 2.0 * geo::kPi);
@@ -48,7 +48,8 @@ double nearestToPole(const Vec3& from, const Vec3& to, const Vec3& axis) {
   if (!(geo::length(top) > 0.0)) return level;
   for (const double sign : {-1.0, 1.0}) {
     const Vec3 place = geo::normalize(top) * sign;
-    const bool isOnTheWay = geo::dot(geo::cross(from, place), axis) >= 0.0 && geo::dot(geo::cross(place, to), axis) >= 0.0;
+    const bool isOnTheWay =
+        geo::dot(geo::cross(from, place), axis) >= 0.0 && geo::dot(geo::cross(place, to), axis) >= 0.0;
     if (isOnTheWay) level = std::min(level, std::hypot(place.x, place.y));
   }
   return level;

@@ -118,9 +118,9 @@ TEST_P(Flights, RiseWithTheWayAndComeDownAgain) {
       const View view = flight.at(flight.duration_s() * k / 200);
       // Above the straight line between the two grounds, which is what the paper's plane is.
       const double share = (ground.ellipsoid.geodeticFromBody(view.eye).lon.degrees() - 20.0) / way_degrees;
-      const double line_m =
-          std::lerp(ground.heightOrZero_m(geo::directionFromDegrees(10, 20)),
-                    ground.heightOrZero_m(geo::directionFromDegrees(10, 20 + way_degrees)), std::clamp(share, 0.0, 1.0));
+      const double line_m = std::lerp(ground.heightOrZero_m(geo::directionFromDegrees(10, 20)),
+                                      ground.heightOrZero_m(geo::directionFromDegrees(10, 20 + way_degrees)),
+                                      std::clamp(share, 0.0, 1.0));
       const double now_m = ground.ellipsoid.geodeticFromBody(view.eye).height_m - line_m;
       const double tremble_m = 1e-3 * now_m + 1e-6 * radius_m;
       if (now_m < before_m - tremble_m) falls = true;

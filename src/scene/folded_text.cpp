@@ -75,7 +75,8 @@ std::string foldedText(std::string_view text) {
     const std::string_view itself = text.substr(0, letter.bytes);
     text.remove_prefix(letter.bytes);
     const std::uint32_t c = letter.code;
-    const bool isMark = (c >= 0x300 && c < 0x370) || c == '\'' || c == 0x2019 || c == 0x2bc || c == 0x2bb || c == 0x2018;
+    const bool isMark =
+        (c >= 0x300 && c < 0x370) || c == '\'' || c == 0x2019 || c == 0x2bc || c == 0x2bb || c == 0x2018;
     if (c == 0 || isMark) continue;
     std::string_view word = wordFor(c, kLatinFrom, kLatinWords);
     if (word.empty()) word = wordFor(c, kLatinMoreFrom, kLatinMoreWords);

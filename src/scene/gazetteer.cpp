@@ -116,8 +116,10 @@ io::Result<void> Gazetteer::add(std::string_view csv, const std::string& body, c
     Place place{.name = std::string(fieldOf(record, name)), .kind = std::string(fieldOf(record, kind))};
     const auto latitude = raster::parseNumber<double>(fieldOf(record, lat));
     const auto longitude = raster::parseNumber<double>(fieldOf(record, lon));
-    if (place.name.empty() || place.name.size() > kLongestName) return wrong(at, "a place needs a name of up to 200 bytes");
-    if (!latitude || std::abs(*latitude) > 90.0) return wrong(at, "the latitude is not a number within -90..90 degrees");
+    if (place.name.empty() || place.name.size() > kLongestName)
+      return wrong(at, "a place needs a name of up to 200 bytes");
+    if (!latitude || std::abs(*latitude) > 90.0)
+      return wrong(at, "the latitude is not a number within -90..90 degrees");
     if (!longitude || std::abs(*longitude) > 360.0)
       return wrong(at, "the longitude is not a number within -360..360 degrees");
     if (places_.size() == kMostPlaces) return wrong(at, "more than a million places");

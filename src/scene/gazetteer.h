@@ -11,7 +11,7 @@ namespace tellurion::scene {
 
 struct Place {
   std::string name;
-  std::string kind;        ///< "crater", "country"; may be empty
+  std::string kind;  ///< "crater", "country"; may be empty
   geo::Angle lat;
   geo::Angle lon;
   double size_m = 0.0;  ///< across; 0: not known
@@ -21,12 +21,13 @@ struct Place {
 /// Places of one body, by name. Immutable once filled.
 class Gazetteer {
  public:
-  /// CSV with a line of names first, in any case, of which each place needs a name (`name`, `feature_name`, `nameascii`),
-  /// a latitude (`lat`, `latitude`, `center_latitude`, `y`) and a longitude (`lon`, `lng`, `long`, `longitude`,
-  /// `center_longitude`, `x`), degrees; it may have `size_km` or `diameter` (km), `population` or `pop_max`, `kind`,
-  /// `feature_type` or `featurecla`, and `body` or `target`: rows of another body are left out. So what the USGS
-  /// Gazetteer of Planetary Nomenclature and Natural Earth give, and what `ogr2ogr -f CSV -lco GEOMETRY=AS_XY` writes,
-  /// is read as it is. Fails naming the line; more than a million places are refused. file: for messages.
+  /// CSV with a line of names first, in any case, of which each place needs a name (`name`, `feature_name`,
+  /// `nameascii`), a latitude (`lat`, `latitude`, `center_latitude`, `y`) and a longitude (`lon`, `lng`, `long`,
+  /// `longitude`, `center_longitude`, `x`), degrees; it may have `size_km` or `diameter` (km), `population` or
+  /// `pop_max`, `kind`, `feature_type` or `featurecla`, and `body` or `target`: rows of another body are left out. So
+  /// what the USGS Gazetteer of Planetary Nomenclature and Natural Earth give, and what `ogr2ogr -f CSV -lco
+  /// GEOMETRY=AS_XY` writes, is read as it is. Fails naming the line; more than a million places are refused. file: for
+  /// messages.
   io::Result<void> add(std::string_view csv, const std::string& body, const std::string& file);
   /// The same of a file, at most 256 MiB.
   io::Result<void> addFile(const std::string& path, const std::string& body);

@@ -22,15 +22,26 @@ Gazetteer gazetteerOf(std::string_view csv, const std::string& body = "earth") {
   return places;
 }
 
-// What Python's unicodedata makes of them (NFKD without combining characters), but for letters that it leaves as they are.
+// What Python's unicodedata makes of them (NFKD without combining characters), but for letters that it leaves as they
+// are.
 TEST(FoldedText, IsWhatAPersonTypes) {
-  const std::pair<const char*, const char*> cases[] = {
-      {"Z\u00fcrich", "zurich"},         {"S\u00e3o Paulo", "sao paulo"},   {"C\u00f4te d'Ivoire", "cote divoire"},
-      {"Reykjav\u00edk", "reykjavik"},   {"\u0141\u00f3d\u017a", "lodz"},   {"H\u00e0 N\u1ed9i", "ha noi"},
-      {"Stra\u00dfe", "strasse"},        {"\u00c6r\u00f8", "aero"},         {"\u0130stanbul", "istanbul"},
-      {"Zu\u0308rich", "zurich"},        {"N\u2019Djamena", "ndjamena"},    {"Guinea-Bissau", "guinea bissau"},
-      {"Washington, D.C.", "washington d c"}, {"\u5317\u4eac", "\u5317\u4eac"}, {"  A  B ", "a b"},
-      {"\xff\xc3", ""},                  {"", ""}};
+  const std::pair<const char*, const char*> cases[] = {{"Z\u00fcrich", "zurich"},
+                                                       {"S\u00e3o Paulo", "sao paulo"},
+                                                       {"C\u00f4te d'Ivoire", "cote divoire"},
+                                                       {"Reykjav\u00edk", "reykjavik"},
+                                                       {"\u0141\u00f3d\u017a", "lodz"},
+                                                       {"H\u00e0 N\u1ed9i", "ha noi"},
+                                                       {"Stra\u00dfe", "strasse"},
+                                                       {"\u00c6r\u00f8", "aero"},
+                                                       {"\u0130stanbul", "istanbul"},
+                                                       {"Zu\u0308rich", "zurich"},
+                                                       {"N\u2019Djamena", "ndjamena"},
+                                                       {"Guinea-Bissau", "guinea bissau"},
+                                                       {"Washington, D.C.", "washington d c"},
+                                                       {"\u5317\u4eac", "\u5317\u4eac"},
+                                                       {"  A  B ", "a b"},
+                                                       {"\xff\xc3", ""},
+                                                       {"", ""}};
   for (const auto& [text, folded] : cases)
     EXPECT_EQ(foldedText(text), folded) << text;
 }
@@ -48,7 +59,8 @@ TEST(FoldedText, IsFoldedOnceAndForAll) {
 
 TEST(Gazetteer, RanksWhatFits) {
   const Gazetteer places = gazetteerOf(
-      "name,lat,lon,population\nNew York,40,-74,8000000\nYork,54,-1,150000\nYorkton,51,-102,16000\nYorkville,41,-88,21000\n"
+      "name,lat,lon,population\nNew "
+      "York,40,-74,8000000\nYork,54,-1,150000\nYorkton,51,-102,16000\nYorkville,41,-88,21000\n"
       "Duryorka,1,1,1\nPari\u0301s,48,2,2000000\n");
   const auto found = places.search("YORK", 10);
   ASSERT_EQ(found.size(), 5u);
@@ -81,7 +93,8 @@ TEST(Gazetteer, FindsEachShippedPlaceByItsName) {
 
 TEST(Gazetteer, ReadsWhatOthersGive) {
   const Gazetteer usgs = gazetteerOf(
-      "Feature_Name,Target,Diameter,Center_Latitude,Center_Longitude,Origin,\r\n\"Gale\",\"Mars\",154.08,-5.37,137.81,\"Walter "
+      "Feature_Name,Target,Diameter,Center_Latitude,Center_Longitude,Origin,\r\n\"Gale\",\"Mars\",154.08,-5.37,137.81,"
+      "\"Walter "
       "F.; a \"\"quoted\"\", astronomer\nof two lines\"\r\n\"Abbe\",\"Moon\",63.98,-57.58,174.77,\"\"\r\n",
       "mars");
   ASSERT_EQ(usgs.size(), 1u);
@@ -110,7 +123,8 @@ TEST(Arrival, SeesThePlaceInTheMiddleAsLargeAsItIs) {
   for (const geo::Body& body : {geo::earth(), geo::mars(), geo::moon(), geo::Body{"flat", geo::Ellipsoid(5e5, 0.3)}}) {
     const Ground ground{body.ellipsoid, [](const geo::Direction& d) { return std::optional(500.0 * d.n.x); }};
     const View now = viewFrom(10, 20, 3e6, 30, -40);
-    const Place place{.name = "x", .kind = "", .lat = geo::Angle::degrees(-33), .lon = geo::Angle::degrees(151), .size_m = 30e3};
+    const Place place{
+        .name = "x", .kind = "", .lat = geo::Angle::degrees(-33), .lon = geo::Angle::degrees(151), .size_m = 30e3};
     const View view = arrivalAt(place, now, ground);
     const auto under = pointUnder(view, centreOf(view.viewport), ground);
     ASSERT_TRUE(under);

@@ -297,8 +297,10 @@ double degreesOf(const Part& part) {
     if (mark <= last || mark > 2) throw Wrong{"degrees, minutes and seconds do not follow each other"};
     if (i == 0 && mark != 0) throw Wrong{"a coordinate begins with degrees"};
     if (i > 0 && number.isSigned) throw Wrong{"a sign stands before minutes or seconds"};
-    if (i + 1 < part.numbers.size() && !number.isWhole) throw Wrong{"only the last of degrees, minutes and seconds has decimals"};
-    if (mark > 0 && !(number.value < 60.0)) throw Wrong{fmt::format("{} minutes or seconds are 60 or more", number.value)};
+    if (i + 1 < part.numbers.size() && !number.isWhole)
+      throw Wrong{"only the last of degrees, minutes and seconds has decimals"};
+    if (mark > 0 && !(number.value < 60.0))
+      throw Wrong{fmt::format("{} minutes or seconds are 60 or more", number.value)};
     degrees += number.value / (mark == 0 ? 1.0 : mark == 1 ? 60.0 : 3600.0);
     last = mark;
   }
@@ -349,7 +351,8 @@ std::optional<io::Result<WrittenPlace>> asCamera(std::string_view text) {
 
 io::Result<WrittenPlace> parsePlace(std::string_view text) {
   const auto wrong = [](std::string message) {
-    return io::fail(io::Failure::Code::invalidArgument, std::move(message) + "; a place reads like 27.988, 86.925 or 27\u00b059'17\"N 86\u00b055'30\"E");
+    return io::fail(io::Failure::Code::invalidArgument,
+                    std::move(message) + "; a place reads like 27.988, 86.925 or 27\u00b059'17\"N 86\u00b055'30\"E");
   };
   text = raster::trimmed(text);
   if (text.size() > kLongest) return wrong("the text is too long for a place");

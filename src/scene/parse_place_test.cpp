@@ -47,23 +47,23 @@ std::vector<std::string> notations(int latTenths, int lonTenths) {
     for (const auto& [d, m, s] : {std::array{"\u00b0", "'", "\""}, std::array{"\u00b0", "\u2032", "\u2033"},
                                   std::array{"d", "m", "s"}, std::array{"\u00b0 ", "\u2019 ", "\u201d"},
                                   std::array{" deg ", " min ", " sec"}, std::array{"\u00ba", "'", "''"}}) {
-      all.push_back(fmt::format("{}{}{}{}{:.1f}{} {}{}{}{}{}{}{:.1f}{} {}", a.degrees, d, a.minutes, m, a.seconds, s, ns,
-                                between, o.degrees, d, o.minutes, m, o.seconds, s, ew));
-      all.push_back(fmt::format("{} {}{}{}{}{:.1f}{}{}{} {}{}{}{}{:.1f}{}", ns, a.degrees, d, a.minutes, m, a.seconds, s,
-                                between, ew, o.degrees, d, o.minutes, m, o.seconds, s));
-      all.push_back(fmt::format("{}{}{}{:.6f}{}{}{}{}{}{}{:.6f}{}{}", "", a.degrees, d, lam, m, ns, between, "", o.degrees, d,
-                                lom, m, ew));
+      all.push_back(fmt::format("{}{}{}{}{:.1f}{} {}{}{}{}{}{}{:.1f}{} {}", a.degrees, d, a.minutes, m, a.seconds, s,
+                                ns, between, o.degrees, d, o.minutes, m, o.seconds, s, ew));
+      all.push_back(fmt::format("{} {}{}{}{}{:.1f}{}{}{} {}{}{}{}{:.1f}{}", ns, a.degrees, d, a.minutes, m, a.seconds,
+                                s, between, ew, o.degrees, d, o.minutes, m, o.seconds, s));
+      all.push_back(fmt::format("{}{}{}{:.6f}{}{}{}{}{}{}{:.6f}{}{}", "", a.degrees, d, lam, m, ns, between, "",
+                                o.degrees, d, lom, m, ew));
       all.push_back(fmt::format("{}{}{}{}{}{:.1f}{}{}{}{}{}{}{}{:.1f}{}", s1, a.degrees, d, a.minutes, m, a.seconds, s,
                                 between, s2, o.degrees, d, o.minutes, m, o.seconds, s));
     }
-    all.push_back(fmt::format("{}{}:{:02}:{:04.1f}{}{}{}:{:02}:{:04.1f}", s1, a.degrees, a.minutes, a.seconds, between, s2,
-                              o.degrees, o.minutes, o.seconds));
-    all.push_back(fmt::format("{} {} {:.1f} {}{}{} {} {:.1f} {}", a.degrees, a.minutes, a.seconds, ns, between, o.degrees,
-                              o.minutes, o.seconds, ew));
+    all.push_back(fmt::format("{}{}:{:02}:{:04.1f}{}{}{}:{:02}:{:04.1f}", s1, a.degrees, a.minutes, a.seconds, between,
+                              s2, o.degrees, o.minutes, o.seconds));
+    all.push_back(fmt::format("{} {} {:.1f} {}{}{} {} {:.1f} {}", a.degrees, a.minutes, a.seconds, ns, between,
+                              o.degrees, o.minutes, o.seconds, ew));
     all.push_back(fmt::format("{}{} {:.6f}{}{}{} {:.6f}", ns, a.degrees, lam, between, ew, o.degrees, lom));
   }
-  all.push_back(fmt::format("{}{} {} {:.1f} {}{} {} {:.1f}", s1, a.degrees, a.minutes, a.seconds, s2, o.degrees, o.minutes,
-                            o.seconds));
+  all.push_back(fmt::format("{}{} {} {:.1f} {}{} {} {:.1f}", s1, a.degrees, a.minutes, a.seconds, s2, o.degrees,
+                            o.minutes, o.seconds));
   all.push_back(fmt::format("{}{} {:.6f} {}{} {:.6f}", s1, a.degrees, lam, s2, o.degrees, lom));
   all.push_back(fmt::format("{} {:.8f} {} {:.8f}", ew, lo, ns, la));
   all.push_back(fmt::format("{:.8f} {} {:.8f} {}", lo, ew, la, ns));
@@ -122,15 +122,33 @@ TEST(ParsePlace, SaysWhatItDoesNotUnderstand) {
     const char* text;
     const char* told;
   };
-  for (const auto& [text, told] :
-       {Case{"", "needed"}, Case{"12", "needed"}, Case{"Everest", "'Everest'"}, Case{"91 0", "latitude 91"},
-        Case{"-90.001, 5", "latitude"}, Case{"0, 361", "longitude 361"}, Case{"10 N 20 S", "two latitudes"},
-        Case{"10 E 20 W", "two longitudes"}, Case{"-10 S 20 E", "sign and a hemisphere"}, Case{"10 60 0 N 20 E", "60"},
-        Case{"10 20 61 N 20 E", "61"}, Case{"10.5 20 N 20 E", "decimals"}, Case{"1 2 3 4 5", "latitude and longitude"},
-        Case{"48,8566,2,3522", "longitude"}, Case{"1..2 3", "1..2"}, Case{"10 20 banana", "'banana'"},
-        Case{"10, 20, 30 m, 40", "more than"}, Case{"5' 3\" N 20 E", "begins with degrees"}, Case{"10 -5 N 3 E", ""},
-        Case{"N S", "hemispheres"}, Case{"1e400 5", ""}, Case{"nan nan", ""}, Case{"inf, 3", ""}, Case{"- 5", "number"},
-        Case{"10\" 20\" 30\"", "needed"}, Case{"12 m 5", ""}, Case{"10,20,30,40,95", "pitch"}}) {
+  for (const auto& [text, told] : {Case{"", "needed"},
+                                   Case{"12", "needed"},
+                                   Case{"Everest", "'Everest'"},
+                                   Case{"91 0", "latitude 91"},
+                                   Case{"-90.001, 5", "latitude"},
+                                   Case{"0, 361", "longitude 361"},
+                                   Case{"10 N 20 S", "two latitudes"},
+                                   Case{"10 E 20 W", "two longitudes"},
+                                   Case{"-10 S 20 E", "sign and a hemisphere"},
+                                   Case{"10 60 0 N 20 E", "60"},
+                                   Case{"10 20 61 N 20 E", "61"},
+                                   Case{"10.5 20 N 20 E", "decimals"},
+                                   Case{"1 2 3 4 5", "latitude and longitude"},
+                                   Case{"48,8566,2,3522", "longitude"},
+                                   Case{"1..2 3", "1..2"},
+                                   Case{"10 20 banana", "'banana'"},
+                                   Case{"10, 20, 30 m, 40", "more than"},
+                                   Case{"5' 3\" N 20 E", "begins with degrees"},
+                                   Case{"10 -5 N 3 E", ""},
+                                   Case{"N S", "hemispheres"},
+                                   Case{"1e400 5", ""},
+                                   Case{"nan nan", ""},
+                                   Case{"inf, 3", ""},
+                                   Case{"- 5", "number"},
+                                   Case{"10\" 20\" 30\"", "needed"},
+                                   Case{"12 m 5", ""},
+                                   Case{"10,20,30,40,95", "pitch"}}) {
     const auto place = parsePlace(text);
     ASSERT_FALSE(place) << text;
     EXPECT_NE(place.error().message.find(told), std::string::npos) << text << ": " << place.error().message;
@@ -143,8 +161,9 @@ TEST(ParsePlace, SaysWhatItDoesNotUnderstand) {
 TEST(ParsePlace, BearsAnyText) {
   constexpr unsigned kSeed = 43;
   std::mt19937 random(kSeed);
-  const std::vector<std::string> pieces{"1", "27", "59.5", "-", "+", ".", ",", ";", " ", "\u00b0", "'", "\"", "N", "s", "E",
-                                        "w", "d", "m", "km", "lat", "lon", "alt", ":", "=", "\u2032", "\xc2", "\xff", "e9", "north", "\t"};
+  const std::vector<std::string> pieces{"1",   "27",  "59.5", "-", "+",      ".",    ",",    ";",  " ",     "\u00b0",
+                                        "'",   "\"",  "N",    "s", "E",      "w",    "d",    "m",  "km",    "lat",
+                                        "lon", "alt", ":",    "=", "\u2032", "\xc2", "\xff", "e9", "north", "\t"};
   for (int i = 0; i < 100000; ++i) {
     std::string text;
     for (int k = std::uniform_int_distribution(0, 12)(random); k > 0; --k)
