@@ -168,6 +168,7 @@ def run_all(program, source, folder):
         viewer.wait_until_complete()
         steps = [lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
                  lambda: test_recording(viewer, scene), lambda: test_input_storm(viewer),
+                 lambda: viewer.end(),  # two windows would share the keyboard
                  lambda: test_held_point(program, display, folder, 4)]
         for step in steps:
             began = time.monotonic()
