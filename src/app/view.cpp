@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/progress.h"
+#include "app/shipped_places.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "app/view_loop.h"
@@ -16,6 +17,8 @@ namespace {
 struct ViewArguments {
   PictureArguments picture{.size = "1280x800", .automaticQuality = true};
   std::string camera;
+  std::string path;    ///< key frames to begin with
+  std::string places;  ///< further ones
 };
 
 // Without the folder, where the scene is one file.
@@ -35,9 +38,28 @@ ViewQuality qualityFrom(const PictureArguments& picture) {
   return {.full = picture.quality, .isAutomatic = picture.automaticQuality, .frame_ms = picture.frame_ms};
 }
 
+io::Result<scene::Gazetteer> placesOf(const ViewArguments& arguments, const std::string& body) {
+  scene::Gazetteer places;
+  if (const auto shipped = shippedPlaces(body); !shipped.empty()) {
+    if (const auto added = places.add(shipped, body, "places"); !added) return tl::unexpected(added.error());
+  }
+  if (arguments.places.empty()) return places;
+  if (const auto added = places.addFile(arguments.places, body); !added) return tl::unexpected(added.error());
+  return places;
+}
+
 io::Result<void> view(const ViewArguments& arguments) {
-  const auto scene = scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
+  const auto scene =
+      scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
   if (!scene) return tl::unexpected(scene.error());
+  auto places = placesOf(arguments, scene->body.name);
+  if (!places) return tl::unexpected(places.error());
+  std::vector<scene::KeyFrame> frames;
+  if (!arguments.path.empty()) {
+    const auto path = scene::readCameraPath(arguments.path);
+    if (!path) return tl::unexpected(path.error());
+    frames = scene::keyFramesOf(path->keys());
+  }
   auto window = ViewWindow::open(titleOf(scene->name), arguments.picture.viewport());
   if (!window) return tl::unexpected(window.error());
   const InterruptStop interrupt;
@@ -52,10 +74,11 @@ io::Result<void> view(const ViewArguments& arguments) {
     if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
   }
   const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
-  return ViewLoop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
-                  startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),
-                  clockOf(*scene, arguments.picture))
-      .run();
+  ViewLoop loop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
+                startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),
+                clockOf(*scene, arguments.picture), std::move(*places));
+  if (!frames.empty()) loop.travel().setKeyFrames(std::move(frames));
+  return loop.run();
 }
 
 }  // namespace
@@ -70,6 +93,14 @@ void addView(CLI::App& program) {
                    "LAT,LON,HEIGHT,HEADING,PITCH,ROLL in degrees and metres, of which the last ones may be left out "
                    "(HEADING 0, PITCH -90, ROLL 0); without it, above the data")
       ->check(cameraProblem);
+  command
+      ->add_option("--path", arguments->path,
+                   "CSV: seconds,lat,lon,height_m,heading,pitch,roll: key frames to begin with (J shows them)")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option("--places", arguments->places,
+                   "CSV: name,lat,lon and size_km, population: further places that G finds (docs/viewer.md)")
+      ->check(CLI::ExistingFile);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"
       "Example: Earth, once ./bootstrap demo has made its tile databases\n"

@@ -1,6 +1,8 @@
 #include "app/view_controls.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tellurion::app {
 namespace {
@@ -8,6 +10,7 @@ namespace {
 constexpr double kDoubleClick_s = 0.35;
 constexpr double kDoubleClick_px = 5.0;
 constexpr double kDoubleClickSteps = 5.0;
+constexpr double kLeastThrow = 60.0;  // pixels a second: a slower hand has put down what it held
 constexpr double kKeySteps = 2.0;
 /// What an arrow key moves, as a share of the picture's height.
 constexpr double kArrowShare = 0.1;
@@ -26,6 +29,7 @@ void ViewControls::resize(scene::Viewport viewport) {
   for (scene::View* view : {&start_, &wished_, &view_})
     view->viewport = viewport;
   drag_.reset();
+  stop();
 }
 
 bool ViewControls::changed(const scene::View& wished) {
@@ -34,24 +38,69 @@ bool ViewControls::changed(const scene::View& wished) {
   return true;
 }
 
-bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground) {
-  if (const auto* button = std::get_if<ButtonChanged>(&event)) return handleButton(*button, ground);
-  if (const auto* key = std::get_if<KeyPressed>(&event)) return handleKey(*key, ground);
-  if (const auto* wheel = std::get_if<WheelTurned>(&event)) return zoomAt(wheel->at, wheel->steps, ground);
+bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground, double now_s) {
+  if (const auto* button = std::get_if<ButtonChanged>(&event)) return handleButton(*button, ground, now_s);
+  if (const auto* key = std::get_if<KeyPressed>(&event)) return handleKey(*key, ground, now_s);
+  if (const auto* wheel = std::get_if<WheelTurned>(&event)) return zoomAt(wheel->at, wheel->steps, ground, now_s);
   const auto* cursor = std::get_if<CursorMoved>(&event);
-  return cursor && drag_ && dragTo(cursor->at, ground);
+  if (!cursor || !drag_) return false;
+  hand_.add(cursor->at, cursor->seconds);
+  return dragTo(cursor->at, ground);
 }
 
-bool ViewControls::handleButton(const ButtonChanged& event, const scene::Ground& ground) {
+bool ViewControls::advance(const scene::Ground& ground, double now_s) {
+  if (!motion_) return false;
+  const double seconds = now_s - motion_->begin_s;
+  changed(motion_->viewAt(std::clamp(seconds, 0.0, motion_->duration_s), ground));
+  if (seconds >= motion_->duration_s) stop();
+  return true;
+}
+
+void ViewControls::flyTo(const scene::View& target, const scene::Ground& ground, double now_s) {
+  begin(flightTo(view_, target, ground, now_s));
+}
+
+void ViewControls::begin(EyeMotion motion) {
+  drag_.reset();
+  motion_ = std::move(motion);
+}
+
+bool ViewControls::handleButton(const ButtonChanged& event, const scene::Ground& ground, double now_s) {
   if (!event.down) {
     if (!drag_ || drag_->button != event.button) return false;
     const bool moved = distanceBetween(event.at, drag_->from) > 0.0 && dragTo(event.at, ground);
+    if (moved && inertia_) letGo(event, ground, now_s);
     drag_.reset();
     return moved;
   }
-  if (isDoubleClick(event)) return zoomAt(event.at, kDoubleClickSteps, ground);
+  stop();
+  if (isDoubleClick(event)) return leapTowards(event.at, ground, now_s);
   beginDrag(event, ground);
   return false;
+}
+
+/// The drag goes on as fast as the hand was.
+void ViewControls::letGo(const ButtonChanged& event, const scene::Ground& ground, double now_s) {
+  constexpr double kBefore_s = 0.02;
+  const geo::Vec2 speed = hand_.at(event.seconds);
+  if (geo::length(speed) < kLeastThrow) return;
+  const Drag drag = *drag_;
+  const auto shifted = [&event, speed](double seconds) {
+    return scene::PixelPosition{event.at.x + speed.x * seconds, event.at.y + speed.y * seconds};
+  };
+  EyeMotion motion{.begin_s = now_s, .duration_s = scene::kCoast_s, .viewAt = {}};
+  if (drag.gesture == Gesture::pan) {
+    // Around the body, and not on with the cursor, which would stop at the rim.
+    const geo::Vec3 turn = scene::turnBetween(dragged(drag, shifted(-kBefore_s), ground), view_) / kBefore_s;
+    motion.viewAt = [start = wished_, turn](double seconds, const scene::Ground& now) {
+      return scene::coasted(start, turn, seconds, now);
+    };
+  } else {
+    motion.viewAt = [drag, shifted](double seconds, const scene::Ground& now) {
+      return dragged(drag, shifted(scene::coastedSeconds(seconds)), now);
+    };
+  }
+  motion_ = std::move(motion);
 }
 
 bool ViewControls::isDoubleClick(const ButtonChanged& event) {
@@ -70,29 +119,46 @@ void ViewControls::beginDrag(const ButtonChanged& event, const scene::Ground& gr
   if (!grip && gesture == Gesture::orbit) grip = scene::gripAt(view_, scene::centreOf(view_.viewport), ground);
   if (!grip) gesture = Gesture::look;
   drag_ = Drag{gesture, event.button, event.at, view_, grip};
+  hand_.forget();
+  hand_.add(event.at, event.seconds);
 }
 
 bool ViewControls::dragTo(scene::PixelPosition cursor, const scene::Ground& ground) {
-  const geo::Vec2 drag_px = difference(cursor, drag_->from);
-  switch (drag_->gesture) {
-    case Gesture::pan:
-      return changed(scene::panned(drag_->view, *drag_->grip, cursor, ground));
-    case Gesture::look:
-      return changed(scene::lookedAround(drag_->view, drag_px, ground));
-    case Gesture::orbit:
-      return changed(scene::orbited(drag_->view, *drag_->grip, drag_px, ground));
-  }
-  return false;
+  return changed(dragged(*drag_, cursor, ground));
 }
 
-bool ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground) {
-  drag_.reset();
+scene::View ViewControls::dragged(const Drag& drag, scene::PixelPosition cursor, const scene::Ground& ground) {
+  const geo::Vec2 drag_px = difference(cursor, drag.from);
+  switch (drag.gesture) {
+    case Gesture::pan:
+      return scene::panned(drag.view, *drag.grip, cursor, ground);
+    case Gesture::look:
+      return scene::lookedAround(drag.view, drag_px, ground);
+    case Gesture::orbit:
+      return scene::orbited(drag.view, *drag.grip, drag_px, ground);
+  }
+  return drag.view;
+}
+
+/// What an earlier turn of the wheel has left to do is done with this one.
+bool ViewControls::zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground, double now_s) {
+  const double left = motion_ ? motion_->stepsLeft(now_s) : 0.0;
+  advance(ground, now_s);  // to where this much is left
+  begin(easedZoom(view_, scene::gripAt(view_, pixel, ground), left + steps, now_s));
+  return true;
+}
+
+bool ViewControls::leapTowards(scene::PixelPosition pixel, const scene::Ground& ground, double now_s) {
   const auto grip = scene::gripAt(view_, pixel, ground);
-  return changed(grip ? scene::zoomed(view_, *grip, steps, ground) : scene::climbed(view_, steps, ground));
+  const scene::View target =
+      grip ? scene::zoomed(view_, *grip, kDoubleClickSteps, ground) : scene::climbed(view_, kDoubleClickSteps, ground);
+  flyTo(target, ground, now_s);
+  return true;
 }
 
 bool ViewControls::arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground) {
   drag_.reset();
+  stop();
   const scene::PixelPosition centre = scene::centreOf(view_.viewport);
   const double step_px = kArrowShare * view_.viewport.height;
   const geo::Vec2 drag_px(-right * step_px, up * step_px);
@@ -102,13 +168,13 @@ bool ViewControls::arrow(double right, double up, Modifiers modifiers, const sce
   return changed(scene::panned(view_, *grip, {centre.x + drag_px.x, centre.y + drag_px.y}, ground));
 }
 
-bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& ground) {
+bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& ground, double now_s) {
   const scene::PixelPosition centre = scene::centreOf(view_.viewport);
   switch (event.key) {
     case ViewKey::plus:
-      return zoomAt(centre, kKeySteps, ground);
+      return zoomAt(centre, kKeySteps, ground, now_s);
     case ViewKey::minus:
-      return zoomAt(centre, -kKeySteps, ground);
+      return zoomAt(centre, -kKeySteps, ground, now_s);
     case ViewKey::left:
       return arrow(-1, 0, event.modifiers, ground);
     case ViewKey::right:
@@ -119,16 +185,19 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
       return arrow(0, -1, event.modifiers, ground);
     case ViewKey::north:
       drag_.reset();
+      stop();
       return changed(scene::northUp(view_, scene::gripAt(view_, centre, ground), ground));
     case ViewKey::reset:
-      drag_.reset();
-      return changed(start_);
+      flyTo(start_, ground, now_s);
+      return true;
+    case ViewKey::escape:
+      stop();
+      return false;
     case ViewKey::light:
     case ViewKey::printCamera:
     case ViewKey::help:
     case ViewKey::screenshot:
     case ViewKey::quit:
-    case ViewKey::escape:
     case ViewKey::wireframe:
     case ViewKey::levels:
     case ViewKey::error:
@@ -145,6 +214,12 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::later:
     case ViewKey::air:
     case ViewKey::statistics:
+    case ViewKey::goTo:
+    case ViewKey::bookmarks:
+    case ViewKey::addKeyFrame:
+    case ViewKey::keyFrames:
+    case ViewKey::record:
+    case ViewKey::inertia:
       return false;
   }
   return false;

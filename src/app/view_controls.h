@@ -2,8 +2,9 @@
 
 #include <optional>
 
+#include "app/eye_motion.h"
 #include "app/view_input.h"
-#include "scene/navigation.h"
+#include "scene/coast.h"
 
 namespace tellurion::app {
 
@@ -20,8 +21,19 @@ class ViewControls {
   void keepAboveGround(const scene::Ground& ground) { view_ = scene::cleared(wished_, ground); }
   bool dragging() const { return drag_.has_value(); }
 
-  /// True when the view has changed.
-  bool handle(const InputEvent& event, const scene::Ground& ground);
+  /// True when the view has changed. now_s: seconds on any steady clock, the one of advance().
+  bool handle(const InputEvent& event, const scene::Ground& ground, double now_s);
+
+  /// Whether the eye moves by itself. While it does, advance() before each picture; true: the view has changed.
+  bool moving() const { return motion_.has_value(); }
+  bool advance(const scene::Ground& ground, double now_s);
+  /// Leaves the eye where it is.
+  void stop() { motion_.reset(); }
+  void flyTo(const scene::View& target, const scene::Ground& ground, double now_s);
+  void begin(EyeMotion motion);
+
+  /// Whether a drag goes on for a while when the hand lets go.
+  bool& inertia() { return inertia_; }
 
  private:
   enum class Gesture { pan, look, orbit };
@@ -34,12 +46,15 @@ class ViewControls {
   };
 
   bool changed(const scene::View& wished);
-  bool handleButton(const ButtonChanged& event, const scene::Ground& ground);
-  bool handleKey(const KeyPressed& event, const scene::Ground& ground);
+  bool handleButton(const ButtonChanged& event, const scene::Ground& ground, double now_s);
+  bool handleKey(const KeyPressed& event, const scene::Ground& ground, double now_s);
   bool isDoubleClick(const ButtonChanged& event);
   void beginDrag(const ButtonChanged& event, const scene::Ground& ground);
   bool dragTo(scene::PixelPosition cursor, const scene::Ground& ground);
-  bool zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground);
+  static scene::View dragged(const Drag& drag, scene::PixelPosition cursor, const scene::Ground& ground);
+  void letGo(const ButtonChanged& event, const scene::Ground& ground, double now_s);
+  bool zoomAt(scene::PixelPosition pixel, double steps, const scene::Ground& ground, double now_s);
+  bool leapTowards(scene::PixelPosition pixel, const scene::Ground& ground, double now_s);
   bool arrow(double right, double up, Modifiers modifiers, const scene::Ground& ground);
 
   scene::View start_;
@@ -47,6 +62,9 @@ class ViewControls {
   scene::View view_;    ///< the same, above the ground
   std::optional<Drag> drag_;
   std::optional<ButtonChanged> lastPress_;
+  std::optional<EyeMotion> motion_;
+  scene::HandSpeed hand_;  ///< of the drag under way
+  bool inertia_ = true;
 };
 
 }  // namespace tellurion::app

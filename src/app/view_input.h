@@ -41,6 +41,12 @@ enum class ViewKey {
   earlier,
   later,
   air,
+  goTo,
+  bookmarks,
+  addKeyFrame,
+  keyFrames,
+  record,
+  inertia,
 };
 
 struct Modifiers {
@@ -58,6 +64,7 @@ struct ButtonChanged {
 
 struct CursorMoved {
   scene::PixelPosition at;
+  double seconds = 0.0;  ///< when, on the clock of ButtonChanged
 };
 
 struct CursorLeft {};

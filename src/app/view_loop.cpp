@@ -19,6 +19,7 @@ namespace tellurion::app {
 namespace {
 
 constexpr int kDrawingsOfAnInput = 3;  // ImGui takes a press, a release and a new size one after the other
+constexpr int kMostDrawings = 60;      // a line that was pasted as keys
 constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
@@ -56,7 +57,7 @@ bool isEmpty(scene::Viewport size) {
 
 ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
                    render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut,
-                   const ViewQuality& quality, const scene::SceneClock& clock)
+                   const ViewQuality& quality, const scene::SceneClock& clock, scene::Gazetteer places)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
@@ -64,6 +65,8 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       renderer_(std::move(renderer)),
       ground_{globe.body().ellipsoid, [&globe](const geo::Direction& d) { return globe.groundHeight_m(d); }},
       controls_(start),
+      travel_(controls_, ground_, globe.body().name, std::move(places),
+              [this](std::string text) { notify(std::move(text)); }),
       cut_(cut),
       quality_(quality),
       control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}),
@@ -101,6 +104,10 @@ bool ViewLoop::isMoving() const {
   return Clock::now() - lastMoved_ < kRest;
 }
 
+double ViewLoop::now_s() {
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
 double ViewLoop::qualityInForce() const {
   return quality_.isAutomatic && isMoving() ? control_.quality() : quality_.full;
 }
@@ -127,8 +134,8 @@ void ViewLoop::handle(const InputEvent& event) {
   if (const auto* cursor = std::get_if<CursorMoved>(&event)) cursor_ = cursor->at;
   if (std::holds_alternative<CursorLeft>(event)) cursor_.reset();
   if (const auto* key = std::get_if<KeyPressed>(&event)) handleKey(key->key);
-  panelDrawings_ = kDrawingsOfAnInput;
-  if (controls_.handle(event, ground_)) {
+  panelDrawings_ = std::min(std::max(panelDrawings_ + 2, kDrawingsOfAnInput), kMostDrawings);
+  if (controls_.handle(event, ground_, now_s())) {
     pictureStale_ = true;
     lastMoved_ = Clock::now();
   }
@@ -152,6 +159,7 @@ void ViewLoop::handleKey(ViewKey key) {
       break;
     case ViewKey::escape:
       helpShown_ = false;
+      travel_.handle(key, now_s());
       break;
     case ViewKey::screenshot:
       saveScreenshot();
@@ -197,6 +205,14 @@ void ViewLoop::handleKey(ViewKey key) {
       break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
+      break;
+    case ViewKey::goTo:
+    case ViewKey::bookmarks:
+    case ViewKey::addKeyFrame:
+    case ViewKey::keyFrames:
+    case ViewKey::record:
+    case ViewKey::inertia:
+      travel_.handle(key, now_s());
       break;
     case ViewKey::plus:
     case ViewKey::minus:
@@ -251,6 +267,7 @@ io::Result<void> ViewLoop::drawPicture() {
   cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_);
   lastBegun_ = begin;
   if (playing_) runClock(std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_));
+  if (controls_.advance(ground_, std::chrono::duration<double>(begin.time_since_epoch()).count())) lastMoved_ = begin;
   const bool isControlled = quality_.isAutomatic && isMoving();
   const double quality = isControlled ? control_.quality() : quality_.full;
   figures_.quality = quality;
@@ -262,7 +279,8 @@ io::Result<void> ViewLoop::drawPicture() {
   if (isControlled)
     control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
   tellComplete(frame);
-  pictureStale_ = playing_ || frame.morphing || frame.statistics.tilesHeldBack > 0;
+  travel_.drawn(now_s());
+  pictureStale_ = playing_ || controls_.moving() || frame.morphing || frame.statistics.tilesHeldBack > 0;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
@@ -285,13 +303,15 @@ void ViewLoop::drawPanels() {
   if (noticeDrawn_) drawNotice(notice_);
   if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
   if (layersShown_ && drawLayers(globe_)) pictureStale_ = true;
+  if (travel_.draw(now_s())) pictureStale_ = true;
+  window_.expectText(travel_.wantsText());
   if (helpShown_) drawHelp();
   window_.endPanels();
   window_.show();
   // ImGui shows a window from its second frame on, when it knows its size.
   if (panelDrawings_ > 0) --panelDrawings_;
-  panelsStale_ =
-      (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) || (layersShown_ && panelDrawings_ > 0);
+  panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
+                 ((layersShown_ || travel_.panelShown()) && panelDrawings_ > 0);
   helpDrawn_ = helpShown_;
   statisticsDrawn_ = statisticsShown_;
 }
@@ -324,6 +344,7 @@ std::string ViewLoop::statusRight() const {
   if (figures_.scene.layersComing > 0) text = fmt::format("{} layers to come   ", figures_.scene.layersComing) + text;
   if (const auto troubles = globe_.troubles(); !troubles.empty()) text = io::describe(troubles.front()) + "   " + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
+  if (travel_.recording()) text = "recording   " + text;
   return text + "   H: help";
 }
 
@@ -415,13 +436,8 @@ void ViewLoop::toggleAutomaticQuality() {
              : fmt::format("quality stays at {}", quality_.full));
 }
 
-// One line that --camera takes, exact to a tenth of a millimetre on Earth.
 void ViewLoop::printCamera() {
-  const scene::Camera c = scene::cameraOf(controls_.view(), ground_.ellipsoid);
-  const auto angle = [](geo::Angle a) { return std::round(a.degrees() * 1e7) / 1e7 + 0.0; };  // never -0
-  const std::string line =
-      fmt::format("{:.9f},{:.9f},{:.4f},{:.7f},{:.7f},{:.7f}", c.position.lat.degrees(), c.position.lon.degrees(),
-                  c.position.height_m, angle(c.heading), angle(c.pitch), angle(c.roll));
+  const std::string line = scene::formatCamera(scene::cameraOf(controls_.view(), ground_.ellipsoid));
   fmt::print("{}\n", line);
   std::fflush(stdout);
   window_.copyToClipboard(line);

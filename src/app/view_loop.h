@@ -5,6 +5,7 @@
 
 #include "app/frame_figures.h"
 #include "app/view_controls.h"
+#include "app/view_travel.h"
 #include "app/view_window.h"
 #include "render/renderer.h"
 #include "scene/globe.h"
@@ -25,7 +26,10 @@ class ViewLoop {
  public:
   ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
            const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality,
-           const scene::SceneClock& clock);
+           const scene::SceneClock& clock, scene::Gazetteer places);
+
+  /// Where the eye can be sent.
+  ViewTravel& travel() { return travel_; }
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
@@ -36,6 +40,7 @@ class ViewLoop {
   bool pictureDue() const;
   bool isMoving() const;
   double qualityInForce() const;
+  static double now_s();  ///< of the clock by which the eye moves
   void waitForWork();
   void handle(const InputEvent& event);
   void handleKey(ViewKey key);
@@ -70,6 +75,7 @@ class ViewLoop {
   render::Renderer renderer_;
   scene::Ground ground_;
   ViewControls controls_;
+  ViewTravel travel_;
   scene::CutOptions cut_;  ///< at quality 1
   ViewQuality quality_;
   scene::QualityControl control_;
@@ -85,7 +91,7 @@ class ViewLoop {
   bool helpDrawn_ = false;
   bool statisticsShown_ = false;
   bool layersShown_ = false;
-  int panelDrawings_ = 0;  ///< that the layers need until they show what the last input has done
+  int panelDrawings_ = 0;  ///< that panels need until they show what the last input has done
   bool statisticsDrawn_ = false;
   FrameFigures figures_;  ///< of the last picture
   double frame_ms_ = 0.0;

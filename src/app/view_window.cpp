@@ -16,8 +16,20 @@ namespace tellurion::app {
 
 namespace {
 
+/// A key or a character for the panels.
+struct Typed {
+  int key = 0;
+  int scancode = 0;
+  int action = 0;
+  int modifiers = 0;
+  unsigned int character = 0;  ///< else a key
+};
+
 struct Heard {
   std::vector<InputEvent> events;
+  std::vector<Typed> typed;        ///< waits until a field of text is ready for it
+  bool typing = false;             ///< a panel that has a field of text is open
+  bool swallowsCharacter = false;  ///< that of the key which opened it
   /// Where the cursor was at the last event; the window system itself only knows where it is by now.
   scene::PixelPosition cursor;
 };
@@ -78,10 +90,10 @@ void onButton(GLFWwindow* window, int button, int action, int mods) {
 
 // Only the last of several moves counts: gestures are functions of where the cursor is.
 void onCursor(GLFWwindow* window, double x, double y) {
-  auto& [events, cursor] = heardBy(window);
-  cursor = pixelFrom(window, x, y);
-  if (!events.empty() && std::holds_alternative<CursorMoved>(events.back())) events.pop_back();
-  events.emplace_back(CursorMoved{cursor});
+  Heard& heard = heardBy(window);
+  heard.cursor = pixelFrom(window, x, y);
+  if (!heard.events.empty() && std::holds_alternative<CursorMoved>(heard.events.back())) heard.events.pop_back();
+  heard.events.emplace_back(CursorMoved{heard.cursor, glfwGetTime()});
 }
 
 void onEnter(GLFWwindow* window, int entered) {
@@ -97,7 +109,7 @@ void onScroll(GLFWwindow* window, double across, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 38> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 44> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -136,6 +148,12 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_APOSTROPHE, ViewKey::later},
       {GLFW_KEY_LEFT_BRACKET, ViewKey::coarser},
       {GLFW_KEY_RIGHT_BRACKET, ViewKey::finer},
+      {GLFW_KEY_G, ViewKey::goTo},
+      {GLFW_KEY_B, ViewKey::bookmarks},
+      {GLFW_KEY_K, ViewKey::addKeyFrame},
+      {GLFW_KEY_J, ViewKey::keyFrames},
+      {GLFW_KEY_F9, ViewKey::record},
+      {GLFW_KEY_M, ViewKey::inertia},
   }};
   const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
   if (found == kKeys.end()) return std::nullopt;
@@ -157,10 +175,29 @@ std::optional<ViewKey> namedKey(int key, int scancode) {
 }
 
 void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
+  Heard& heard = heardBy(window);
+  heard.swallowsCharacter = false;
+  if (heard.typing || ImGui::GetIO().WantTextInput) {
+    heard.typed.push_back({key, scancode, action, mods});
+    if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) heard.events.emplace_back(KeyPressed{ViewKey::escape, {}});
+    heard.events.emplace_back(PanelTouched{});
+    return;
+  }
   if (action == GLFW_RELEASE) return;
-  const auto which = namedKey(key, scancode);
-  if (which && (action == GLFW_PRESS || repeats(*which)))
-    heardBy(window).events.emplace_back(KeyPressed{*which, modifiersFrom(mods)});
+  auto which = namedKey(key, scancode);
+  if (which == ViewKey::freeze && (mods & GLFW_MOD_CONTROL) != 0) which = ViewKey::goTo;
+  if (!which || (action != GLFW_PRESS && !repeats(*which))) return;
+  heard.events.emplace_back(KeyPressed{*which, modifiersFrom(mods)});
+  // What is typed next is for the panel, also where the program has not come to open it yet.
+  heard.typing = heard.swallowsCharacter = which == ViewKey::goTo;
+}
+
+void onCharacter(GLFWwindow* window, unsigned int character) {
+  Heard& heard = heardBy(window);
+  const bool swallows = std::exchange(heard.swallowsCharacter, false);
+  if (swallows || (!heard.typing && !ImGui::GetIO().WantTextInput)) return;
+  heard.typed.push_back({.character = character});
+  heard.events.emplace_back(PanelTouched{});
 }
 
 void onLost(GLFWwindow* window) {
@@ -180,6 +217,7 @@ void listen(GLFWwindow* window, Heard& heard) {
   glfwSetCursorEnterCallback(window, onEnter);
   glfwSetScrollCallback(window, onScroll);
   glfwSetKeyCallback(window, onKey);
+  glfwSetCharCallback(window, onCharacter);
   glfwSetWindowRefreshCallback(window, onLost);
   glfwSetFramebufferSizeCallback(window, onResized);
   glfwSetWindowIconifyCallback(window, onIconified);
@@ -296,7 +334,20 @@ std::vector<InputEvent> ViewWindow::takeEvents() {
   return std::exchange(state_->heard.events, {});
 }
 
+void ViewWindow::expectText(bool expected) {
+  state_->heard.typing = expected;
+}
+
 void ViewWindow::beginPanels() {
+  Heard& heard = state_->heard;
+  if (ImGui::GetIO().WantTextInput) {
+    for (const Typed& typed : std::exchange(heard.typed, {})) {
+      if (typed.character != 0) ImGui_ImplGlfw_CharCallback(state_->window, typed.character);
+      if (typed.character == 0)
+        ImGui_ImplGlfw_KeyCallback(state_->window, typed.key, typed.scancode, typed.action, typed.modifiers);
+    }
+  }
+  if (!heard.typing && !ImGui::GetIO().WantTextInput) heard.typed.clear();
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGui::NewFrame();

@@ -39,6 +39,10 @@ class ViewWindow {
   void wait(std::optional<std::chrono::milliseconds> atMost);
   std::vector<InputEvent> takeEvents();
 
+  /// While a panel with a field of text is open, keys are the panel's and no controls; they wait until the field is
+  /// there. The key that goes somewhere (ViewKey::goTo) begins it. Also without it a field that is clicked gets them.
+  void expectText(bool expected);
+
   /// Between the two, ImGui calls draw panels, in the window system's units. endPanels() draws them over the picture in
   /// the window's framebuffer.
   void beginPanels();

@@ -78,6 +78,13 @@ Sides View::sides() const {
   return {.left = -x, .right = x, .bottom = -y, .top = y};
 }
 
+std::string formatCamera(const Camera& camera) {
+  const auto angle = [](geo::Angle a) { return std::round(a.degrees() * 1e7) / 1e7 + 0.0; };  // never -0
+  return fmt::format("{:.9f},{:.9f},{:.4f},{:.7f},{:.7f},{:.7f}", camera.position.lat.degrees(),
+                     camera.position.lon.degrees(), camera.position.height_m, angle(camera.heading),
+                     angle(camera.pitch), angle(camera.roll));
+}
+
 double View::pixelAngle() const {
   if (agreedPixelAngle) return *agreedPixelAngle;
   if (offAxis) return std::min(offAxis->width() / viewport.width, offAxis->height() / viewport.height);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "geo/body.h"
@@ -26,6 +27,8 @@ struct Viewport {
 /// "LAT,LON,HEIGHT,HEADING,PITCH,ROLL", degrees and metres above the ellipsoid. Trailing values may be left out from
 /// HEADING on (north, -90, 0).
 io::Result<Camera> parseCamera(std::string_view text);
+/// What parseCamera reads, with all six numbers; exact to a tenth of a millimetre on Earth.
+std::string formatCamera(const Camera& camera);
 
 /// Where the sides of a picture lie: tangents of the angles from the view axis, right and up positive. left < right,
 /// bottom < top.

@@ -230,4 +230,11 @@ io::Result<CameraPath> readCameraPath(const std::string& path) {
   return parseCameraPath(text.str(), path);
 }
 
+std::string formatCameraPath(std::span<const CameraPath::Key> keys) {
+  std::string text = fmt::format("{}\n", kHeader);
+  for (const CameraPath::Key& key : keys)
+    text += fmt::format("{:.4f},{}\n", key.seconds, formatCamera(key.camera));
+  return text;
+}
+
 }  // namespace tellurion::scene

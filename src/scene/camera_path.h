@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -64,5 +65,7 @@ class CameraPath {
 /// first; empty lines and lines that begin with # are skipped. Fails naming the line.
 io::Result<CameraPath> parseCameraPath(std::string_view text, const std::string& name);
 io::Result<CameraPath> readCameraPath(const std::string& path);
+/// What parseCameraPath reads. Seconds to a tenth of a millisecond.
+std::string formatCameraPath(std::span<const CameraPath::Key> keys);
 
 }  // namespace tellurion::scene

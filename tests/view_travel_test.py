@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""How the eye travels in the viewer's window: flights, a drag that goes on, recordings.
+
+    view_travel_test.py PROGRAM SOURCE_DIR WORK_DIR
+
+Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
+"""
+import csv
+import math
+import os
+import random
+import re
+import shutil
+import sys
+import time
+
+from view_test import SIZE, SKIPPED, FOV_DEGREES, Display, Viewer, check_near, make_scene, on_sphere, wait_for
+
+START = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
+
+
+def check_camera(what, camera, wished, tolerance=1e-3):
+    for value, expected in zip(camera[:3], wished[:3]):
+        check_near(what, value, expected, tolerance)
+
+
+def test_flight_home(viewer):
+    """It comes from somewhere and ends where asked; Esc stops it where it is."""
+    viewer.wheel(20, (250, 200))
+    away = viewer.camera()
+    assert away[2] < 0.3 * START[2]
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+    viewer.wheel(60, (250, 200))
+    viewer.camera()
+    viewer.xdotool("key", "Home", "Escape")
+    stopped = viewer.camera()
+    assert stopped[2] < START[2] - 1.0, "Esc did not stop the flight"
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+
+
+def test_double_click(viewer):
+    at = (380, 200)
+    before = viewer.camera()
+    viewer.move(*at)
+    viewer.xdotool("click", "--repeat", 2, "--delay", 30, 1)
+    after = viewer.camera()
+    check_near("share of the height left", after[2] / before[2], 0.9 ** 5, 0.06)
+    held, now = on_sphere(before, at), on_sphere(after, at)
+    check_near("latitude of the point", now[0], held[0], 0.3)
+    check_near("longitude of the point", now[1], held[1], 0.3)
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+
+
+def test_inertia(viewer):
+    """What is thrown goes on and comes to rest, and then the program sleeps."""
+    viewer.camera()
+    for attempt in range(20):  # on a busy machine the throw may be seen as a rest
+        viewer.move(300, 240)
+        viewer.xdotool("mousedown", 1, "mousemove_relative", 20, 0, "sleep", 0.03, "mousemove_relative", 20, 0, "sleep", 0.03,
+                       "mousemove_relative", 20, 0, "mouseup", 1)
+        let_go = viewer.camera_now()
+        rest = viewer.camera()
+        if let_go[1] - rest[1] > 0.1:
+            break
+    else:
+        raise AssertionError("the globe stops at once")
+    check_near("height", rest[2], START[2], 1.0)
+    viewer.wait_until_complete()
+    wait_for("a program that sleeps when nothing happens", viewer.idle)
+    viewer.key("Home")
+    viewer.camera()
+
+
+def test_recording(viewer, scene):
+    """What was flown, as a path that starts and ends where the eye did."""
+    viewer.key("F9")
+    viewer.wheel(10, (300, 200))
+    viewer.camera()
+    viewer.key("Home")
+    viewer.camera()
+    viewer.key("F9")
+    path = wait_for("the recorded path", lambda: viewer.alive() and re.findall("^camera path: (.*)", viewer.text(viewer.errors), re.M))[-1]
+    with open(path) as file:
+        rows = list(csv.DictReader(file))
+    seconds = [float(row["seconds"]) for row in rows]
+    heights = [float(row["height_m"]) for row in rows]
+    assert seconds[0] == 0.0 and seconds == sorted(set(seconds)), seconds
+    assert len(rows) > 5 and min(heights) < 0.6 * START[2], (len(rows), min(heights))
+    for row in (rows[0], rows[-1]):
+        check_camera("an end of the recorded path", [float(row[name]) for name in ("lat", "lon", "height_m")], START)
+    return path
+
+
+def angle_apart_px(camera, one, other):
+    """How many pixels, straight below, lie between two places on the sphere, seen from so high."""
+    radius = 6378137.0
+    (a, b), (c, d) = (tuple(map(math.radians, p)) for p in (one, other))
+    cosine = math.sin(a) * math.sin(c) + math.cos(a) * math.cos(c) * math.cos(b - d)
+    metres = radius * math.acos(max(-1.0, min(1.0, cosine)))
+    return metres / (camera[2] * 2.0 * math.tan(math.radians(FOV_DEGREES / 2)) / SIZE[1])
+
+
+def test_input_storm(viewer):
+    """Any keys and buttons: the eye stays above the ground and the program alive."""
+    chance = random.Random(5)
+    for _ in range(6):
+        commands = []
+        for _ in range(40):
+            commands += chance.choice([
+                ["key", chance.choice(["Up", "Down", "Left", "Right", "plus", "minus", "n", "Home", "Escape", "shift+Up", "ctrl+Down"])],
+                ["mousemove", "--window", viewer.window, str(chance.randint(0, 639)), str(chance.randint(0, 440))],
+                ["click", "--repeat", str(chance.randint(1, 9)), "--delay", "2", chance.choice(["4", "4", "5"])],
+                ["mousedown", chance.choice(["1", "2", "3"])], ["mouseup", chance.choice(["1", "2", "3"])]])
+        viewer.xdotool(*commands, "mouseup", "1", "mouseup", "2", "mouseup", "3")
+        viewer.alive()
+        assert viewer.camera()[2] > -11000.0  # the deepest sea
+    viewer.key("Home")
+    check_camera("home after the storm", viewer.camera(), START)
+
+
+def run_all(program, source, folder):
+    scene = make_scene(program, source, folder)
+    display = Display()
+    viewer = None
+    try:
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, START)))
+        viewer.wait_until_complete()
+        steps = [lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
+                 lambda: test_recording(viewer, scene), lambda: test_input_storm(viewer)]
+        for step in steps:
+            began = time.monotonic()
+            step()
+            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s", flush=True)
+    finally:
+        if viewer:
+            viewer.end()
+        display.stop()
+
+
+def main():
+    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
+    if missing:
+        print("skipped, not installed: " + " ".join(missing))
+        return SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    run_all(program, source, folder)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
