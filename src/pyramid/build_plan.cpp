@@ -179,7 +179,7 @@ PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta,
                           const geo::GeoRect& within) {
   const tiling::Tiling tiling(meta.scheme);
   PlannedInput input{.path = info.path,
-                     .depth = raster::levelOfSpacing(tiling, meta.tileCells, info.finestSpacing),
+                     .depth = raster::levelOfSpacing(tiling, meta.tileCells, info.finestSpacing, meta.kind),
                      .footprint = {},
                      .bounds = within,
                      .extent = info.bounds,

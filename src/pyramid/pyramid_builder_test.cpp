@@ -328,15 +328,28 @@ TEST_F(PyramidBuilder, ManyInputsAreOpenedInTurns) {
 }
 
 TEST(BuildPlan, DepthIsTheFirstLevelAsFineAsTheInput) {
+  using raster::Kind;
   const tiling::Tiling tiling(tiling::Scheme::geographic);
   const geo::Angle spacing = tiling.metrics(4).largestEdge / 64;
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing), 4);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.005), 4);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.02), 5);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 1.5), 4);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 2.0), 3);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::degrees(1000)), 0);
-  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::radians(1e-30)), tiling::kMaxLevel);
+  for (const Kind kind : {Kind::elevation, Kind::imagery}) {
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing, kind), 4);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.005, kind), 4);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing / 1.02, kind), 5);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 1.5, kind), 4);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing * 2.0, kind), 3);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::degrees(1000), kind), 0);
+    EXPECT_EQ(raster::levelOfSpacing(tiling, 64, geo::Angle::radians(1e-30), kind), tiling::kMaxLevel);
+  }
+}
+
+TEST(BuildPlan, HealpixPicturesAreNotDeeperForTheirPolesAlone) {
+  const tiling::Tiling tiling(tiling::Scheme::healpix);
+  const tiling::LevelMetrics level = tiling.metrics(4);
+  ASSERT_GT(level.largestEdge.radians(), 1.3 * level.meanEdge.radians());
+  const geo::Angle spacing = level.meanEdge * 1.11 / 64;
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing, raster::Kind::imagery), 4);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, spacing, raster::Kind::elevation), 5);
+  EXPECT_EQ(raster::levelOfSpacing(tiling, 64, level.meanEdge / 64, raster::Kind::imagery), 5);
 }
 
 TEST(BuildMemory, PartsAreNoMoreThanTheWhole) {

@@ -273,7 +273,7 @@ io::Result<ImageCatalogue> openCatalogue(const std::string& source, Kind kind, t
     }
     info.body = raster.body;
     info.bounds = entries.empty() ? raster.bounds : info.bounds.united(raster.bounds);
-    const int deepest = levelOfSpacing(tiling, info.tileCells, raster.finestSpacing);
+    const int deepest = levelOfSpacing(tiling, info.tileCells, raster.finestSpacing, kind);
     info.maxLevel = std::max(info.maxLevel, deepest);
     tree.insert({.bounds = raster.bounds, .cap = capAround(raster.bounds), .deepestLevel = deepest});
     entries.push_back({raster.path, raster.finestSpacing});

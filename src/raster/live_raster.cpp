@@ -31,7 +31,7 @@ class LiveRaster final : public TileSource {
              .maxLevel = 0,
              .bounds = raster.bounds};
     info_.isNested = false;
-    info_.maxLevel = levelOfSpacing(tiling_, info_.tileCells, spacing_);
+    info_.maxLevel = levelOfSpacing(tiling_, info_.tileCells, spacing_, kind);
     options_.raster.cacheBytes /= kMostIdle;
   }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "raster/grid_geometry.h"
+
 namespace tellurion::raster {
 namespace {
 
@@ -32,11 +34,15 @@ int usualCells(Kind kind) {
   return kind == Kind::elevation ? kElevationCells : kImageryPixels;
 }
 
-int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing) {
+int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing, Kind kind) {
   // A raster is not blown up by a level only because its spacing is a hair finer than the level's.
   constexpr double kSlack = 1.01;
   int level = 0;
-  while (level < tiling::kMaxLevel && tiling.metrics(level).largestEdge / cells > spacing * kSlack)
+  const auto spacingOf = [&](int at) {
+    const geo::Angle longest = tiling.metrics(at).largestEdge / cells;
+    return kind == Kind::imagery ? std::min(longest, sampleSpacing(tiling, at, cells)) : longest;
+  };
+  while (level < tiling::kMaxLevel && spacingOf(level) > spacing * kSlack)
     ++level;
   return level;
 }

@@ -10,8 +10,10 @@ namespace tellurion::raster {
 
 int usualCells(Kind kind);
 
-/// The first level whose samples are as fine as `spacing`, within a hundredth.
-int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing);
+/// The first level whose samples are as fine as `spacing`, within a hundredth: heights everywhere, so that no sample of
+/// theirs is lost; pictures as sampleSpacing() tells, which where it matters (HEALPix, whose pixels are longest at the
+/// poles) is three quarters of that.
+int levelOfSpacing(const tiling::Tiling& tiling, int cells, geo::Angle spacing, Kind kind);
 
 /// What can be told of a tile from where the data lie and how fine they are: roots are stored; others where there may
 /// be data in them and in all tiles over them, and the parent is too coarse for it. isCoarse(tile): the data are finer

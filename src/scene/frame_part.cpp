@@ -18,6 +18,7 @@ Frame partOf(const Frame& frame, const View& view) {
   Frame part{.view = view,
              .light = frame.light,
              .air = frame.air,
+             .sky = frame.sky,
              .ellipsoid = frame.ellipsoid,
              .background = frame.background,
              .looks = frame.looks,

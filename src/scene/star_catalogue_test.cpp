@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "geo/geodetic.h"
+#include "scene/frame.h"
 #include "scene/scene_file.h"
 #include "scene/sky.h"
 
@@ -112,6 +113,16 @@ TEST(Sky, KnowsWhatStandsWhere) {
   EXPECT_FALSE(skyFor(settings, earth, geo::earth(), true).moon_m);
   settings.enabled = false;
   EXPECT_TRUE(skyFor(settings, earth, geo::earth(), true).isEmpty());
+}
+
+TEST(Sky, BelongsToEveryPartOfAPicture) {
+  Frame frame;
+  frame.sky = {
+      .stars = brightStars(), .brightness_stops = 2.0, .sunRadius_radians = 0.01, .moon_m = geo::Vec3(4e8, 0, 0)};
+  const Frame part = partOf(frame, frame.view);
+  EXPECT_EQ(part.sky.stars, frame.sky.stars);
+  EXPECT_EQ(part.sky.moon_m, frame.sky.moon_m);
+  EXPECT_EQ(part.sky.brightness_stops, 2.0);
 }
 
 }  // namespace
