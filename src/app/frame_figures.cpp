@@ -33,6 +33,7 @@ Json fieldsOf(const FrameFigures& f) {
           {"tiles_culled_horizon", f.scene.tilesCulledHorizon},
           {"gpu_bytes", f.render.gpuBytes},
           {"cpu_cache_bytes", f.scene.cpuCacheBytes},
+          {"cpu_cache_over_bytes", f.scene.cpuCacheOver_bytes},
           {"requests", f.scene.requests},
           {"failed_requests", f.scene.failedRequests},
           {"layers_coming", f.scene.layersComing},

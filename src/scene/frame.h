@@ -121,7 +121,9 @@ struct FrameStatistics {
   bool cappedByBudget = false;     ///< a budget of CutOptions left something coarser than the tolerance
   double maxScreenError_px = 0.0;  ///< of what is drawn
   std::array<int, 32> tilesALevel{};
-  std::uint64_t cpuCacheBytes = 0;
+  std::uint64_t cpuCacheBytes = 0;  ///< when the update ends
+  /// Of those, beyond GlobeOptions::cpuCacheBytes: in use by the cut, or by looking ahead.
+  std::uint64_t cpuCacheOver_bytes = 0;
   int layersComing = 0;  ///< of the scene, not part of the picture yet: their source, or that of the clock's step,
                          ///< is not open or not here
   std::uint64_t requests = 0;  ///< since the globe was opened: to servers, and tiles read from this machine

@@ -43,7 +43,6 @@ struct Globe::State {
         motion(scene.body.ellipsoid),
         lighting(scene.lighting),
         sky(scene.sky),
-        contentBudget(static_cast<std::uint64_t>((1.0 - kSourceShare) * static_cast<double>(given.cpuCacheBytes))),
         executor(given.workers, io::Executor::Share::background) {
     frame.background = scene.background;
     frame.air = scene.air;
@@ -71,6 +70,7 @@ struct Globe::State {
   void refreshFrame(const View& view, const Selection& selection);
   bool frameIsOfTheseTiles() const;
   std::uint64_t retiredBytes() const;
+  std::uint64_t sourceBudget() const;
   void evict();
   void fillTiles(const Selection& selection);
   void fillSoon(const Selection& selection);
@@ -84,7 +84,6 @@ struct Globe::State {
   Lighting lighting;
   SkySettings sky;
   SkyPlaces skyPlaces;  ///< at the clock's time
-  std::uint64_t contentBudget;
   /// An image that cannot be had fails every tile that it is a part of: it is told once.
   std::vector<io::Failure> failures;
   std::unordered_map<std::string, std::size_t> failureNumbers;  ///< by their words
@@ -232,12 +231,24 @@ std::uint64_t Globe::State::retiredBytes() const {
   return bytes;
 }
 
-/// Each keeps what it needs, and all together no more than the budget where that is enough.
+std::uint64_t Globe::State::sourceBudget() const {
+  return static_cast<std::uint64_t>(kSourceShare * static_cast<double>(globeOptions.cpuCacheBytes));
+}
+
+/// Each keeps what it needs, and all together no more than the budget where that is enough. Source tiles that workers
+/// hold may be more than their share: then it is contents that go. Told is what is left, in the same breath: between
+/// two updates nothing but source tiles comes, up to their share.
 void Globe::State::evict() {
-  const std::uint64_t retiredOnes = retiredBytes();
-  const auto left = [&](std::uint64_t others) { return contentBudget - std::min(contentBudget, others); };
-  shown->evict(left(retiredOnes + (next ? next->forest.contentBytes() : 0)));
-  if (next) next->evict(left(retiredOnes + shown->forest.contentBytes()));
+  const std::uint64_t budget = globeOptions.cpuCacheBytes;
+  const std::uint64_t ofSources = roster->bytes();
+  const std::uint64_t others = retiredBytes() + std::max(ofSources, sourceBudget());
+  const auto left = [&](std::uint64_t more) { return budget - std::min(budget, others + more); };
+  shown->evict(left(next ? next->forest.contentBytes() : 0));
+  if (next) next->evict(left(shown->forest.contentBytes()));
+  FrameStatistics& s = frame.statistics;
+  s.cpuCacheBytes =
+      shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + retiredBytes() + ofSources;
+  s.cpuCacheOver_bytes = s.cpuCacheBytes - std::min(s.cpuCacheBytes, budget);
 }
 
 Light Globe::State::lightFor(const View& view) const {
@@ -308,8 +319,6 @@ void Globe::State::fillStatistics(const Selection& selection) {
   s.tilesALevel.fill(0);
   for (const SelectedTile& tile : selection.drawn)
     ++s.tilesALevel[tile.id.level];
-  s.cpuCacheBytes =
-      shown->forest.contentBytes() + (next ? next->forest.contentBytes() : 0) + retiredBytes() + roster->bytes();
   s.layersComing = roster->coming() + roster->stepsComing() + (next ? 1 : 0);
   s.requests = roster->ledger().requests();
   s.failedRequests = failureCount;
@@ -369,8 +378,7 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
     const std::string& source = named.open ? named.open->info().name : named.name;
     state->imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
   }
-  const auto forSources = static_cast<std::uint64_t>(kSourceShare * static_cast<double>(options.cpuCacheBytes));
-  auto roster = LayerRoster::create(scene, std::move(layers), forSources, state->fetches, state->bell);
+  auto roster = LayerRoster::create(scene, std::move(layers), state->sourceBudget(), state->fetches, state->bell);
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
   state->roster->advance(Clock::now(), {}, false);

@@ -506,9 +506,34 @@ TEST(Globe, staysNearItsByteBudgetWhileItLooksAhead) {
   }
 }
 
-TEST(Globe, aBudgetTooSmallForTheViewStillCompletes) {
-  Planet p = planetOf(Scheme::cube, {.workers = 2, .cpuCacheBytes = 1u << 20});
-  loaded(*p.globe, viewFrom(30, 15, 40e3, 0, -60));
+/// Whatever comes when: what an update leaves is within the budget, but for what is in use, which is told.
+TEST_P(GlobeOnTiling, noUpdateLeavesMoreThanItsByteBudget) {
+  constexpr std::uint64_t kBudget = std::uint64_t{96} << 20;
+  Planet p = planetOf(GetParam(), {.workers = 2, .cpuCacheBytes = kBudget});
+  std::atomic<unsigned> turn{0};
+  p.imagery->delay = [&](const TileId&) {
+    std::this_thread::sleep_for(std::chrono::microseconds((turn++ * 7919u) % 3000u));
+  };
+  std::uint64_t peak = 0;
+  for (int stop = 0; stop < 12; ++stop) {
+    for (int i = 0; i < 20; ++i) {
+      const View view = viewFrom(-60 + 10 * stop + 0.02 * i, 30.0 * stop, 40e3, 0, -60);
+      const FrameStatistics& s = p.globe->update(view, {.time_s = stop + 0.03 * i}).statistics;
+      ASSERT_LE(s.cpuCacheBytes, kBudget);
+      ASSERT_EQ(s.cpuCacheOver_bytes, 0u);
+      peak = std::max(peak, s.cpuCacheBytes);
+      p.globe->waitForArrivals(20ms);
+    }
+  }
+  EXPECT_GT(peak, kBudget / 2) << "nothing had to go";
+}
+
+TEST(Globe, aBudgetTooSmallForTheViewStillCompletesAndIsTold) {
+  constexpr std::uint64_t kBudget = 1u << 20;
+  Planet p = planetOf(Scheme::cube, {.workers = 2, .cpuCacheBytes = kBudget});
+  const FrameStatistics& s = loaded(*p.globe, viewFrom(30, 15, 40e3, 0, -60)).statistics;
+  EXPECT_GT(s.cpuCacheOver_bytes, 0u);
+  EXPECT_EQ(s.cpuCacheBytes, kBudget + s.cpuCacheOver_bytes);
 }
 
 /// A planet that is bare but for a plateau at 4000 m around latitude and longitude 30.

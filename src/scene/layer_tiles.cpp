@@ -153,7 +153,8 @@ void LayerTiles::forget() {
 }
 
 void LayerTiles::trim() {
-  for (auto last = uses_.end(); bytes_ > budgetBytes_ && last != std::next(uses_.begin());) {
+  const std::uint64_t known = known_.size() * kKnownBytes;
+  for (auto last = uses_.end(); bytes_ + known > budgetBytes_ && last != std::next(uses_.begin());) {
     --last;
     const auto entry = tiles_.find(*last);
     if (entry->second.tile.use_count() > 1) continue;
