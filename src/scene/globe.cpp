@@ -500,7 +500,7 @@ const Frame& Globe::update(const View& view, const CutOptions& options, const Re
   s.refreshFrame(view, selection);
   s.fillTiles(selection);
   s.fillDebug(options);
-  if (!s.isKept) s.evict();
+  if (!s.isKept || hasCome) s.evict();
   s.frame.statistics.update_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   return s.frame;
 }
