@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 #include <stdio.h>  // popen, pclose: POSIX
 
+#include <array>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
+#include <fstream>
+#include <string_view>
 
 namespace tellurion::app {
 namespace {
@@ -14,6 +18,36 @@ std::string quotedForShell(const std::string& text) {
   for (const char c : text)
     quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";
+}
+
+/// Whether the boxes of an MP4 (ISO/IEC 14496-12, section 4.2) fill the file to its end, the index of its frames among
+/// them. ffmpeg's exit status does not tell: it is 0 although the last of the file could not be written.
+bool isWholeMp4(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  std::ifstream file(path, std::ios::binary);
+  bool hasIndex = false;
+  std::uintmax_t at = 0;
+  while (!error && at < bytes) {
+    std::array<unsigned char, 16> head{};
+    file.seekg(static_cast<std::streamoff>(at));
+    if (!file.read(reinterpret_cast<char*>(head.data()), 8)) return false;
+    const auto number = [&](std::size_t first, std::size_t count) {
+      std::uintmax_t out = 0;
+      for (std::size_t i = first; i < first + count; ++i)
+        out = out << 8u | head[i];
+      return out;
+    };
+    std::uintmax_t size = number(0, 4);
+    if (size == 1) {
+      if (!file.read(reinterpret_cast<char*>(head.data()) + 8, 8)) return false;
+      size = number(8, 8);
+    }
+    if (size < 8 || size > bytes - at) return false;
+    hasIndex = hasIndex || std::string_view(reinterpret_cast<const char*>(head.data()) + 4, 4) == "moov";
+    at += size;
+  }
+  return !error && hasIndex;
 }
 
 }  // namespace
@@ -61,10 +95,10 @@ io::Result<void> VideoPipe::write(const raster::Raster<raster::Rgba8>& picture) 
 }
 
 io::Result<void> VideoPipe::finish() {
-  const int status = pclose(pipe_.release());
+  const bool isWhole = pclose(pipe_.release()) == 0 && isWholeMp4(part());
   std::error_code error;
-  if (status == 0) std::filesystem::rename(part(), path_, error);
-  if (status == 0 && !error) return {};
+  if (isWhole) std::filesystem::rename(part(), path_, error);
+  if (isWhole && !error) return {};
   std::filesystem::remove(part(), error);
   return io::fail(io::Failure::Code::ioError, "ffmpeg could not finish the file; its own message stands above",
                   path_.string());

@@ -59,8 +59,9 @@ class ImageryPyramid : public ::testing::TestWithParam<Scheme> {
     return options;
   }
   std::string globe() const {
-    writeColour(folder_ / "globe.tif", degreesGrid(-180, -90, 180, 90, 1440, 720),
-                [](int c, int r) { return colourAt(89.875 - 0.25 * r, -179.875 + 0.25 * c); });
+    constexpr double kPixel = 360.0 / 2048;
+    writeColour(folder_ / "globe.tif", degreesGrid(-180, -90, 180, 90, 2048, 1024),
+                [](int c, int r) { return colourAt(90.0 - kPixel * (r + 0.5), -180.0 + kPixel * (c + 0.5)); });
     return (folder_ / "globe.tif").string();
   }
   void expectSound() const {
