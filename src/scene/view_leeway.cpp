@@ -12,26 +12,28 @@ constexpr double kFrames = 4.0;          ///< that an eye goes on
 constexpr double kNearestShare = 0.025;  ///< of the distance to the nearest ground, that it may move
 constexpr double kMostTurn = 0.005;
 
-/// How far the picture reaches beyond the sides of the other, from one eye: a share of half of that, 0 or less when it
-/// does not.
+/// How far the picture reaches beyond the sides of the other, which are its own, from one eye: a share of half of them,
+/// 0 or less when it does not. What sees all around has no sides.
 double reachBeyond(const View& view, const View& other) {
-  const double y = std::tan(view.verticalFov.radians() / 2.0);
-  const double x = y * view.viewport.width / view.viewport.height;
+  if (view.isAllAround) return 0.0;
+  const Sides sides = view.sides();
   const geo::Mat3 otherFromView = other.viewFromBody * glm::transpose(view.viewFromBody);
   double most = 0.0;
-  for (const double right : {-x, x}) {
-    for (const double up : {-y, y}) {
+  for (const double right : {sides.left, sides.right}) {
+    for (const double up : {sides.bottom, sides.top}) {
       const geo::Vec3 corner = otherFromView * geo::Vec3(right, up, -1.0);
       if (!(corner.z < 0.0)) return std::numeric_limits<double>::infinity();
-      most = std::max({most, std::abs(corner.x / corner.z) / x, std::abs(corner.y / corner.z) / y});
+      const double x = -corner.x / corner.z - sides.middleX();
+      const double y = -corner.y / corner.z - sides.middleY();
+      most = std::max({most, 2.0 * std::abs(x) / sides.width(), 2.0 * std::abs(y) / sides.height()});
     }
   }
   return most - 1.0;
 }
 
 bool areAlike(const View& a, const View& b) {
-  return a.verticalFov == b.verticalFov && a.viewport.width == b.viewport.width &&
-         a.viewport.height == b.viewport.height;
+  return a.sides() == b.sides() && a.viewport.width == b.viewport.width && a.viewport.height == b.viewport.height &&
+         a.isAllAround == b.isAllAround && a.agreedPixelAngle == b.agreedPixelAngle;
 }
 
 }  // namespace

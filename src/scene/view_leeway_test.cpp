@@ -47,10 +47,11 @@ View viewWithin(const View& middle, const Leeway& leeway, std::mt19937_64& rando
 }
 
 bool isInPicture(const View& view, const geo::BodyPosition& p) {
+  if (view.isAllAround) return true;
   const geo::Vec3 v = view.viewFromBody * (p - view.eye);
-  const double y = std::tan(view.verticalFov.radians() / 2.0);
-  return v.z < 0.0 && std::abs(v.y) <= -v.z * y &&
-         std::abs(v.x) <= -v.z * y * view.viewport.width / view.viewport.height;
+  const Sides sides = view.sides();
+  const double x = v.x / -v.z, y = v.y / -v.z;
+  return v.z < 0.0 && x >= sides.left && x <= sides.right && y >= sides.bottom && y <= sides.top;
 }
 
 /// No ground of the body lies deeper than depth_m, so what is seen through that is seen.
@@ -74,7 +75,9 @@ TEST_P(LeewayOn, theCutIsRightForAllOfItsViews) {
   long drawnMore = 0;
   for (int i = 0; i < 40; ++i) {
     FakeTree tree(tiling);
-    const View middle = randomView(random);
+    View middle = randomView(random);
+    if (i % 3 == 1) middle.offAxis = Sides{.left = -0.2, .right = 1.1, .bottom = -0.9, .top = 0.1};
+    if (i % 8 == 5) middle.isAllAround = true;
     const double height_m = kEarth.geodeticFromBody(middle.eye).height_m;
     std::array<CutMemory, 2> memories;
     CutHistory history{.last = &memories[0], .now = &memories[1]};
@@ -130,9 +133,22 @@ TEST(ViewLeeway, knowsItsViews) {
   EXPECT_FALSE(isWithin(moved(middle, up * 101.0, up, 0.0), middle, leeway));
   EXPECT_FALSE(isWithin(moved(middle, up * 0.0, up, 0.05), middle, leeway));
   EXPECT_FALSE(isWithin(moved(middle, up * 0.0, up, 3.0), middle, leeway));
-  View closer = middle;
-  closer.verticalFov = geo::Angle::degrees(49.0);
-  EXPECT_FALSE(isWithin(closer, middle, leeway));
+  View other = middle;
+  other.verticalFov = geo::Angle::degrees(49.0);
+  EXPECT_FALSE(isWithin(other, middle, leeway));
+  other = middle;
+  other.offAxis = Sides{.left = -0.5, .right = 0.9, .bottom = -0.3, .top = 0.3};
+  EXPECT_FALSE(isWithin(other, middle, leeway));
+  const View aside = other;
+  EXPECT_TRUE(isWithin(moved(aside, up * 99.0, up, 0.001), aside, leeway));
+  EXPECT_FALSE(isWithin(moved(aside, up * 0.0, up, 0.05), aside, leeway));
+  other = middle;
+  other.agreedPixelAngle = 1e-4;
+  EXPECT_FALSE(isWithin(other, middle, leeway));
+  View around = middle;
+  around.isAllAround = true;
+  EXPECT_FALSE(isWithin(around, middle, leeway));
+  EXPECT_TRUE(isWithin(moved(around, up * 99.0, up, 3.0), around, leeway));
 }
 
 TEST(ViewLeeway, lastsForSomeFramesOfAnEyeThatGoesOn) {
