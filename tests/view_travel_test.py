@@ -14,7 +14,7 @@ import shutil
 import sys
 import time
 
-from view_test import SIZE, SKIPPED, FOV_DEGREES, Display, Viewer, check_near, make_scene, on_sphere, wait_for
+from view_test import SIZE, SKIPPED, FOV_DEGREES, Display, Viewer, check_near, height_of_ground, make_scene, on_sphere, wait_for
 
 START = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
 
@@ -36,6 +36,37 @@ def test_flight_home(viewer):
     viewer.xdotool("key", "Home", "Escape")
     stopped = viewer.camera()
     assert stopped[2] < START[2] - 1.0, "Esc did not stop the flight"
+    viewer.key("Home")
+    check_camera("after the flight home", viewer.camera(), START)
+
+
+def test_go_to(viewer):
+    """By name and by coordinates; typed as fast as keys come, at rest and while the eye flies."""
+    viewer.key("g")
+    viewer.xdotool("type", "--delay", 0, "zimb")
+    viewer.xdotool("key", "Return")
+    zimbabwe = viewer.camera()
+    check_near("latitude of Zimbabwe", zimbabwe[0], -19.0, 1.0)
+    check_near("longitude of Zimbabwe", zimbabwe[1], 29.0, 2.0)
+    viewer.xdotool("key", "Home")  # and on the way there:
+    viewer.xdotool("key", "ctrl+f")
+    viewer.xdotool("type", "--delay", 3, "27 59 17 N, 86 55 30 E")
+    viewer.xdotool("key", "Return")
+    everest = viewer.camera()
+    check_near("latitude", everest[0], 27.98806, 1e-4)
+    check_near("longitude", everest[1], 86.925, 1e-4)
+    viewer.key("g")
+    viewer.xdotool("type", "--delay", 3, "nowhere at all")
+    viewer.xdotool("key", "Return", "ctrl+a")
+    viewer.xdotool("type", "--delay", 3, "10.5, -20")
+    viewer.xdotool("key", "Return")
+    there = viewer.camera()
+    check_near("latitude", there[0], 10.5, 1e-4)
+    check_near("longitude", there[1], -20.0, 1e-4)
+    viewer.key("g")
+    viewer.xdotool("type", "--delay", 3, "mali")
+    viewer.key("Escape")
+    check_camera("after a Go to that was given up", viewer.camera(), there)
     viewer.key("Home")
     check_camera("after the flight home", viewer.camera(), START)
 
@@ -103,7 +134,7 @@ def angle_apart_px(camera, one, other):
     return metres / (camera[2] * 2.0 * math.tan(math.radians(FOV_DEGREES / 2)) / SIZE[1])
 
 
-def test_input_storm(viewer):
+def test_input_storm(viewer, program, folder):
     """Any keys and buttons: the eye stays above the ground and the program alive."""
     chance = random.Random(5)
     for _ in range(6):
@@ -116,7 +147,9 @@ def test_input_storm(viewer):
                 ["mousedown", chance.choice(["1", "2", "3"])], ["mouseup", chance.choice(["1", "2", "3"])]])
         viewer.xdotool(*commands, "mouseup", "1", "mouseup", "2", "mouseup", "3")
         viewer.alive()
-        assert viewer.camera()[2] > -11000.0  # the deepest sea
+        lat, lon, height_m = viewer.camera()[:3]
+        ground_m = height_of_ground(program, folder, lat, lon)
+        assert height_m > ground_m + 1.0, f"{height_m} m over {lat}, {lon}, where the ground is {ground_m} m high"
     viewer.key("Home")
     check_camera("home after the storm", viewer.camera(), START)
 
@@ -129,7 +162,8 @@ def run_all(program, source, folder):
         viewer = Viewer(program, display, folder, scene, ",".join(map(str, START)))
         viewer.wait_until_complete()
         steps = [lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
-                 lambda: test_recording(viewer, scene), lambda: test_input_storm(viewer)]
+                 lambda: test_recording(viewer, scene),
+                 lambda: test_go_to(viewer), lambda: test_input_storm(viewer, program, folder)]
         for step in steps:
             began = time.monotonic()
             step()

@@ -37,11 +37,10 @@ std::optional<scene::View> GoToPanel::draw(const scene::View& now, const scene::
       ImGui::SetKeyboardFocusHere();
     }
     ImGui::SetNextItemWidth(unit * 28);
-    bool entered = ImGui::InputTextWithHint(
+    const bool entered = ImGui::InputTextWithHint(
         "##where", "a name, or coordinates: 27.988, 86.925   27\302\26059'17\"N 86\302\26055'30\"E", text_.data(),
         text_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-    // The field does not hear Enter in the frame in which it is made active.
-    entered |= ImGui::IsKeyPressed(ImGuiKey_Enter, false) || ImGui::IsKeyPressed(ImGuiKey_KeyPadEnter, false);
+    if (entered) ImGui::SetKeyboardFocusHere(-1);  // Enter left the field; what was not found is written anew
     if (ImGui::IsItemEdited()) chosen_ = 0;
     if (text_[0] != '\0') {
       const auto written = scene::parsePlace(text_.data());

@@ -104,6 +104,8 @@ void addProjectionOptions(CLI::App& command, ProjectionArguments& arguments) {
 io::Result<PictureRequest> requestOf(const CLI::App& command, const ProjectionArguments& arguments,
                                      PictureArguments& picture) {
   const std::string name = command.get_name();
+  if (command.count("--frustum") > 0 && arguments.frustum.empty())
+    wrongUse(name.c_str(), "--frustum: '' names no file of channels");
   keepTo(command, "--aperture", "fisheye", arguments.projection);
   keepTo(command, "--tilt", "fisheye", arguments.projection);
   keepTo(command, "--eye-separation", "stereo", arguments.projection);

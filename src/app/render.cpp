@@ -105,7 +105,8 @@ class PictureFile {
 
 /// What one run of `render` knows of its picture besides the pixels.
 struct Told {
-  FrameFigures figures;
+  FrameFigures figures;  ///< of the scene, those of the last eye
+  bool isTold = false;   ///< of one eye at least
   std::vector<std::string> lacking;
 };
 
@@ -133,13 +134,15 @@ io::Result<std::vector<std::string>> render(const CLI::App& command, Arguments& 
       warnOfGround(*studio->globe, frame.view);
       told = Told{};
     }
+    const bool isFirst = !told->isTold;
+    told->isTold = true;
     told->figures.scene = frame.statistics;
-    told->figures.complete = frame.complete && frame.statistics.failures == 0;
+    told->figures.complete = (isFirst || told->figures.complete) && frame.complete && frame.statistics.failures == 0;
     if (told->lacking.empty()) told->lacking = shortcomings(arguments.picture, *studio->globe, frame);
     return {};
   };
   const auto take = [&](const render::PicturePiece& rows) {
-    told->figures.render = rows.drawn;
+    render::add(rows.drawn, told->figures.render);
     return file.take(rows);
   };
   const auto draw = [&](const FrameCheck& each, const RowSink& sink) {
@@ -150,10 +153,11 @@ io::Result<std::vector<std::string>> render(const CLI::App& command, Arguments& 
   warnOfMemory("render", arguments.picture, told->figures.render);
   if (!arguments.stats.empty()) {
     // The drawing that copies meshes and textures to the GPU says little of a picture's cost: it is drawn again.
+    told->figures.render = {};
     const auto start = std::chrono::steady_clock::now();
     const auto drawn = draw([](const scene::Frame&) { return io::Result<void>(); },
                             [&](const render::PicturePiece& rows) {
-                              told->figures.render = rows.drawn;
+                              render::add(rows.drawn, told->figures.render);
                               return io::Result<void>();
                             });
     if (!drawn) return tl::unexpected(drawn.error());

@@ -19,7 +19,8 @@ namespace tellurion::app {
 namespace {
 
 constexpr int kDrawingsOfAnInput = 3;  // ImGui takes a press, a release and a new size one after the other
-constexpr int kMostDrawings = 60;      // a line that was pasted as keys
+constexpr int kMostDrawings = 60;      // of clicks that were faster than pictures
+constexpr int kMostTyped = 500;        // keys between two pictures: a line that was pasted
 constexpr std::chrono::seconds kNoticeTime{4};
 /// How often arrivals are looked for while data load, and how often at most they are drawn.
 constexpr std::chrono::milliseconds kPolling{4};
@@ -296,6 +297,14 @@ void ViewLoop::tellComplete(const scene::Frame& frame) {
 }
 
 void ViewLoop::drawPanels() {
+  drawPanelsOnce();
+  for (int i = 0; i < kMostTyped && window_.hasTyped(); ++i)
+    drawPanelsOnce();
+  window_.show();
+  panelsStale_ = panelsStale_ || window_.hasTyped();
+}
+
+void ViewLoop::drawPanelsOnce() {
   render::copyToWindow(*target_, window_.pictureSize());
   window_.beginPanels();
   drawStatusLine(statusParts(), statusRight());
@@ -307,7 +316,6 @@ void ViewLoop::drawPanels() {
   window_.expectText(travel_.wantsText());
   if (helpShown_) drawHelp();
   window_.endPanels();
-  window_.show();
   // ImGui shows a window from its second frame on, when it knows its size.
   if (panelDrawings_ > 0) --panelDrawings_;
   panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||

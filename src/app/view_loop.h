@@ -48,6 +48,7 @@ class ViewLoop {
   io::Result<void> drawPicture();
   const scene::Frame& frameAboveGround();
   void drawPanels();
+  void drawPanelsOnce();
   void tellComplete(const scene::Frame& frame);
   void toggleDebugView(scene::DebugView view);
   void toggleFrozenCut();

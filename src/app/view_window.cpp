@@ -8,6 +8,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <deque>
 #include <utility>
 
 #include "render/context.h"
@@ -27,7 +28,7 @@ struct Typed {
 
 struct Heard {
   std::vector<InputEvent> events;
-  std::vector<Typed> typed;        ///< waits until a field of text is ready for it
+  std::deque<Typed> typed;         ///< waits until a field of text is ready for it
   bool typing = false;             ///< a panel that has a field of text is open
   bool swallowsCharacter = false;  ///< that of the key which opened it
   /// Where the cursor was at the last event; the window system itself only knows where it is by now.
@@ -338,14 +339,18 @@ void ViewWindow::expectText(bool expected) {
   state_->heard.typing = expected;
 }
 
+bool ViewWindow::hasTyped() const {
+  return ImGui::GetIO().WantTextInput && !state_->heard.typed.empty();
+}
+
 void ViewWindow::beginPanels() {
   Heard& heard = state_->heard;
-  if (ImGui::GetIO().WantTextInput) {
-    for (const Typed& typed : std::exchange(heard.typed, {})) {
-      if (typed.character != 0) ImGui_ImplGlfw_CharCallback(state_->window, typed.character);
-      if (typed.character == 0)
-        ImGui_ImplGlfw_KeyCallback(state_->window, typed.key, typed.scancode, typed.action, typed.modifiers);
-    }
+  if (ImGui::GetIO().WantTextInput && !heard.typed.empty()) {
+    const Typed typed = heard.typed.front();
+    heard.typed.pop_front();
+    if (typed.character != 0) ImGui_ImplGlfw_CharCallback(state_->window, typed.character);
+    if (typed.character == 0)
+      ImGui_ImplGlfw_KeyCallback(state_->window, typed.key, typed.scancode, typed.action, typed.modifiers);
   }
   if (!heard.typing && !ImGui::GetIO().WantTextInput) heard.typed.clear();
   ImGui_ImplOpenGL3_NewFrame();

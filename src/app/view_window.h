@@ -42,6 +42,9 @@ class ViewWindow {
   /// While a panel with a field of text is open, keys are the panel's and no controls; they wait until the field is
   /// there. The key that goes somewhere (ViewKey::goTo) begins it. Also without it a field that is clicked gets them.
   void expectText(bool expected);
+  /// Something typed waits for the next beginPanels(). Each takes one: Dear ImGui hears of a key no more than one
+  /// change a drawing, and keeps the rest for later ones, which a program that sleeps would not make.
+  bool hasTyped() const;
 
   /// Between the two, ImGui calls draw panels, in the window system's units. endPanels() draws them over the picture in
   /// the window's framebuffer.

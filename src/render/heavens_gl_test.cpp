@@ -136,6 +136,35 @@ TEST_F(Heavens, TheMoonHasItsSizeAndPhase) {
   }
 }
 
+TEST_F(Heavens, TheMoonEclipsesTheSunAndHasItsOwnLight) {
+  Renderer renderer = makeSkyRenderer();
+  scene::Frame frame;
+  frame.view = viewAt(earth_, 10, 20, 400e3, 70, 60, kSize, 2.0);
+  const geo::Vec3 away = scene::rayThrough(frame.view, {80.0, 60.0}).direction;
+  frame.light.toSun_body = away;
+  frame.sky.sunRadius_radians = geo::Angle::degrees(0.25).radians();
+  const double whole = lightIn(drawn(renderer, frame)).sum;
+  frame.sky.moon_m = frame.view.eye.m + away * 370000e3;  // 0.269 degrees: total
+  EXPECT_LT(lightIn(drawn(renderer, frame)).sum, 0.01 * whole);
+  frame.sky.moon_m = frame.view.eye.m + away * 500000e3;  // 0.199 degrees: a ring
+  EXPECT_NEAR(lightIn(drawn(renderer, frame)).sum / whole, 1.0 - std::pow(0.199 / 0.25, 2.0), 0.06);
+  // The scene may have its sun elsewhere.
+  frame.sky.sunRadius_radians = 0.0;
+  EXPECT_LT(lightIn(drawn(renderer, frame)).sum, 0.01 * whole);
+  frame.sky.toSun = -away;
+  EXPECT_GT(lightIn(drawn(renderer, frame)).sum, 0.03 * whole);
+}
+
+TEST_F(Heavens, StarsAreSeenInChannelsOfLargerPixels) {
+  Renderer renderer = makeSkyRenderer();
+  scene::Frame frame;
+  frame.view = viewAt(earth_, 10, 20, 400e3, 70, 60, kSize, 5.0);
+  frame.sky.stars = one(scene::rayThrough(frame.view, {80.0, 60.0}).direction, 1.2);
+  const double alone = lightIn(drawn(renderer, frame)).sum;
+  frame.view.agreedPixelAngle = 0.05 * frame.view.pixelAngle();
+  EXPECT_DOUBLE_EQ(lightIn(drawn(renderer, frame)).sum, alone);
+}
+
 TEST_F(Heavens, TheSunIsAsLargeAsTold) {
   Renderer renderer = makeSkyRenderer();
   scene::Frame frame;

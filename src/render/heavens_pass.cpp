@@ -42,6 +42,7 @@ struct DiscPrograms {
   GLint discs = -1;
   GLint pixel = -1;
   GLint first = -1;
+  GLint toSun = -1;
 };
 
 StarVertex vertexOf(const scene::Star& star, double brightness_stops) {
@@ -96,6 +97,7 @@ io::Result<void> HeavensPass::Parts::compile() {
     d.discs = place(d.program, "discs");
     d.pixel = place(d.program, "pixel");
     d.first = place(d.program, "first");
+    d.toSun = place(d.program, "sunOfMoon_body");
   }
   return {};
 }
@@ -143,7 +145,8 @@ int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
   const scene::Sky& sky = frame.sky;
   if (sky.isEmpty()) return 0;
   Parts& p = *parts_;
-  const auto pixel = static_cast<float>(frame.view.pixelAngle());
+  // Of this picture, whatever others have agreed on: of finer ones there would be nothing to see.
+  const auto pixel = static_cast<float>(frame.view.sides().height() / frame.view.viewport.height);
   const auto four = [](const geo::Vec3& v, double w) { return geo::Vec4f(geo::Vec3f(v), static_cast<float>(w)); };
   // The sun, then the Moon, of which one far behind another body is as good as none.
   std::array<geo::Vec4f, 2> discs{four(frame.light.toSun_body, sky.sunRadius_radians), {}};
@@ -183,6 +186,8 @@ int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
     glProgramUniform4fv(d.program.name(), d.discs, 2, &discs[0][0]);
     glProgramUniform1f(d.program.name(), d.pixel, pixel);
     glProgramUniform1i(d.program.name(), d.first, first);
+    const geo::Vec3f toSun(sky.toSun.value_or(frame.light.toSun_body));
+    glProgramUniform3fv(d.program.name(), d.toSun, 1, &toSun[0]);
     glBindVertexArray(p.nothing.name());
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, last - first);
     ++drawCalls;

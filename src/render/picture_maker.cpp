@@ -17,6 +17,8 @@ void place(const raster::Raster<T>& from, int left, int top, raster::Raster<T>& 
                 into.samples.begin() + std::ptrdiff_t{top + row} * into.width + left);
 }
 
+}  // namespace
+
 void add(const RenderStatistics& drawn, RenderStatistics& sum) {
   sum.tilesDrawn += drawn.tilesDrawn;
   sum.triangles += drawn.triangles;
@@ -28,8 +30,6 @@ void add(const RenderStatistics& drawn, RenderStatistics& sum) {
   sum.upload_ms += drawn.upload_ms;
   sum.submit_ms += drawn.submit_ms;
 }
-
-}  // namespace
 
 io::Result<PictureMaker> PictureMaker::create() {
   auto warp = WarpPass::create();

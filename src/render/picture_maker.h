@@ -9,6 +9,9 @@
 
 namespace tellurion::render {
 
+/// To what was drawn for other parts of a picture: counts summed, and the most that was held.
+void add(const RenderStatistics& drawn, RenderStatistics& sum);
+
 /// A rectangle of a picture, row 0 the top.
 struct PicturePiece {
   scene::PixelRect place;

@@ -12,6 +12,7 @@ SkyPlaces skyPlacesAt(const geo::Body& body, std::optional<double> time_s) {
   if (!time_s) return out;
   if (const auto turn = geo::bodyFromCelestial(body, *time_s)) out.bodyFromCelestial = *turn;
   if (body.name == "earth") out.moon_m = geo::moonOverEarth_m(*time_s);
+  out.toSun = geo::directionToSun(body, *time_s);
   return out;
 }
 
@@ -21,7 +22,8 @@ Sky skyFor(const SkySettings& settings, const SkyPlaces& places, const geo::Body
           .brightness_stops = settings.brightness_stops,
           .bodyFromCelestial = places.bodyFromCelestial,
           .sunRadius_radians = 0.0,
-          .moon_m = {}};
+          .moon_m = {},
+          .toSun = places.toSun};
   if (!settings.discs) return out;
   out.moon_m = places.moon_m;
   const Atmosphere own = atmosphereByName(body.name).value_or(Atmosphere{});

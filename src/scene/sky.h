@@ -21,6 +21,7 @@ struct SkySettings {
 struct SkyPlaces {
   geo::Mat3 bodyFromCelestial{1.0};  ///< a rotation (geo/body_turn.h)
   std::optional<geo::Vec3> moon_m;   ///< from the body's centre, body axes
+  std::optional<geo::Vec3> toSun;    ///< unit, body axes: what lights the Moon, wherever the scene has its sun
 };
 
 /// time_s: seconds since 1970-01-01T00:00:00Z. Without a time, outside the years that are known, and over a body whose
@@ -34,6 +35,7 @@ struct Sky {
   geo::Mat3 bodyFromCelestial{1.0};
   double sunRadius_radians = 0.0;   ///< as the eye sees it, towards Light::toSun_body; 0: not drawn
   std::optional<geo::Vec3> moon_m;  ///< from the body's centre, body axes; nothing: not drawn
+  std::optional<geo::Vec3> toSun;   ///< what lights the Moon; nothing: the light's
 
   bool isEmpty() const { return !stars && sunRadius_radians <= 0.0 && !moon_m; }
 };

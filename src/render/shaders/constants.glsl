@@ -13,6 +13,9 @@ const float kNightLightRed = 1.0f;
 const float kNightLightGreen = 0.78f;
 const float kNightLightBlue = 0.45f;
 
+// And a mirror of it shows the disc alone: the sine of its radius.
+const float kSunRim = 0.005f;
+
 // Water: the mean square of the slopes of its surface (Cox and Munk 1954, for a wind of 5 m/s: 0.003 + 0.00512 * 5), the
 // share of light that it mirrors straight up, and the sine of the height of the eye below which it is taken for that.
 const float kWaterSlopes = 0.0286f;

@@ -24,7 +24,7 @@ vec3 litGround(vec3 albedo, float mirrored, float nightLights, vec3 normal_body,
   float sunHeight = dot(up_body, toSun_body);
   float risen = smoothstep(kSunriseBegins, kSunriseEnds, sunHeight);
   float sunlight = max(dot(normal_body, toSun_body), 0.0) * risen;
-  return albedo * (ambient + (1.0 - ambient) * sunlight) + mirrored * risen + lampLight(nightLights, sunHeight);
+  return albedo * (ambient + (1.0 - ambient) * sunlight) + mirrored * smoothstep(-kSunRim, kSunRim, sunHeight) + lampLight(nightLights, sunHeight);
 }
 
 // The normal of ground whose heights are drawn `exaggeration` times as high: slopes grow with it.
