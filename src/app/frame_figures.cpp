@@ -29,6 +29,7 @@ Json fieldsOf(const FrameFigures& f) {
           {"tiles_wanted", f.scene.tilesWanted},
           {"tiles_held_back", f.scene.tilesHeldBack},
           {"tiles_visited", f.scene.tilesVisited},
+          {"cut_age", f.scene.cutAge},
           {"tiles_culled_frustum", f.scene.tilesCulledFrustum},
           {"tiles_culled_horizon", f.scene.tilesCulledHorizon},
           {"gpu_bytes", f.render.gpuBytes},

@@ -16,7 +16,7 @@ double waysBetween(double from_s, double to_s, const CutOptions& options) {
 
 void Generation::receive() {
   const std::uint64_t before = forest.contentBytes();
-  loading.receive();
+  if (loading.receive()) hasArrivals_ = true;  // also what comes after the bell was looked at
   if (forest.contentBytes() != before) lastArrival_ = std::chrono::steady_clock::now();
 }
 
@@ -35,9 +35,10 @@ const Selection& Generation::cut(const View& view, const CutOptions& asked, doub
     return selector_.goOn(waysBetween(*memoryTimes_s_[1], now_->time_s, options), memories_[1]);
   }
   age_ = 0;
-  hasArrivals_ = false;
   forest.begin(exaggeration, looks, gpu);
   receive();
+  hasArrivals_ = false;
+  madeRenewals_ = forest.renewals();
   const CutHistory* history = historyFor(view, options);
   const Selection& selection = selector_.select(view, options, forest.occluderDepth_m(), forest, history);
   made_.reset();
@@ -51,7 +52,7 @@ const Selection& Generation::cut(const View& view, const CutOptions& asked, doub
 bool Generation::canKeep(const View& view, const CutOptions& options, double exaggeration,
                          std::span<const LayerLook> looks, const Residency* gpu) const {
   constexpr int kMostUnsettled = 3;
-  if (!made_ || lastCut_->heldBack > 0) return false;
+  if (!now_ || !made_ || lastCut_->heldBack > 0 || isRenewed()) return false;
   // What rests is drawn as if nothing had ever moved.
   const bool rests = before_ && isWithin(view, before_->view, {});
   if (rests && (made_->leeway.move_m > 0.0 || made_->leeway.turn > 0.0)) return false;

@@ -37,7 +37,7 @@ class Generation {
   /// How many updates ago the last cut was made, 0 in the one that made it.
   int age() const { return age_; }
   /// Something has come since the last cut that it may have waited for: one of the next updates takes it up.
-  bool isBehind() const { return hasArrivals_ && lastCut_ != nullptr && !isSettled(); }
+  bool isBehind() const { return lastCut_ != nullptr && ((hasArrivals_ && !isSettled()) || isRenewed()); }
   /// After the cut and looking ahead: drops tiles until contents take no more than that, but none that these need.
   void evict(std::uint64_t budgetBytes) { forest.evict(budgetBytes, ahead.neededSince()); }
   /// Of the last cut, as Selection has them; empty before the first.
@@ -57,6 +57,7 @@ class Generation {
                const Residency* gpu) const;
   const CutHistory* historyFor(const View& view, const CutOptions& options);
   bool isSettled() const { return lastCut_->wanted.empty() && !lastCut_->morphing && loading.isIdle(); }
+  bool isRenewed() const { return madeRenewals_ != forest.renewals(); }
   void tellTime(const View& view, const CutOptions& options);
 
   bool groundIsNested_;
@@ -82,7 +83,8 @@ class Generation {
   };
   std::optional<Made> made_;
   int age_ = 0;
-  bool hasArrivals_ = false;  ///< since the last cut
+  bool hasArrivals_ = false;        ///< since the last cut
+  std::uint64_t madeRenewals_ = 0;  ///< TileForest's, at the last cut: what has new pictures may need other tiles
 };
 
 }  // namespace tellurion::scene

@@ -98,7 +98,7 @@ io::Result<std::vector<ProjectorChannel>> parseChannels(std::string_view text, c
 io::Result<std::vector<ProjectorChannel>> readChannels(const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
-  if (error) return io::fail(Code::notFound, "there is no such file of channels", path);
+  if (error) return io::fail(Code::notFound, "the file of channels cannot be read: " + error.message(), path);
   if (size > kLargestFile) return io::fail(Code::invalidArgument, "a file of channels has at most 1 MiB", path);
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;

@@ -263,7 +263,7 @@ void TileForest::sortOutUnused() {
 }
 
 void TileForest::evict(std::uint64_t budgetBytes, std::uint64_t heldSince) {
-  sortOutUnused();
+  if (!isSortedOut_) sortOutUnused();  // once a cut, or what that used would be forgotten
   while (contentBytes_ > budgetBytes || records_.size() > kRecordsKept) {
     TileRecord* r = unused_.oldest();
     if (r == nullptr || r->lastUse >= heldSince) return;

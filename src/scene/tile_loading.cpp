@@ -87,8 +87,10 @@ std::vector<Arrivals::Arrival> Arrivals::take() {
   return std::exchange(waiting_, {});
 }
 
-void TileLoading::receive() {
+bool TileLoading::receive() {
+  bool hasCome = false;
   for (Arrivals::Arrival& arrival : arrivals_.take()) {
+    hasCome = true;
     if (arrival.content) {
       forest_.take(arrival.id, std::move(arrival.content));
       continue;
@@ -99,6 +101,7 @@ void TileLoading::receive() {
     job.taken = false;
   }
   std::erase_if(underway_, [&](const tiling::TileId& id) { return !forest_.record(id).job; });
+  return hasCome;
 }
 
 void TileLoading::begin(const WantedTile& wanted, TileRecord& r) {

@@ -56,8 +56,8 @@ class TileLoading {
   TileLoading(const TileLoading&) = delete;
   TileLoading& operator=(const TileLoading&) = delete;
 
-  /// Hands over to the forest what workers have made.
-  void receive();
+  /// Hands over to the forest what workers have made. False: nothing.
+  bool receive();
   /// What is wanted now, the most urgent first, and what will be soon, which is less urgent. What is on its way gets
   /// its new priority, and what is not wanted any more is cancelled: transfers stop, and what no worker has begun never
   /// is.
