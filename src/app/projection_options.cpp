@@ -42,20 +42,6 @@ void keepTo(const CLI::App& command, const char* option, const char* projection,
     wrongUse(command.get_name().c_str(), fmt::format("{} is for --projection {}", option, projection));
 }
 
-io::Result<std::size_t> channelNamed(const std::vector<scene::ProjectorChannel>& channels,
-                                     const ProjectionArguments& arguments) {
-  if (arguments.channel.empty() && channels.size() == 1) return 0;
-  std::string names;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    if (channels[i].name == arguments.channel) return i;
-    names += (i == 0 ? "" : ", ") + channels[i].name;
-  }
-  return io::fail(io::Failure::Code::invalidArgument,
-                  arguments.channel.empty() ? "say which channel with --channel: " + names
-                                            : fmt::format("has no channel '{}'; it has {}", arguments.channel, names),
-                  arguments.frustum);
-}
-
 }  // namespace
 
 void addProjectionOptions(CLI::App& command, ProjectionArguments& arguments) {
@@ -132,7 +118,7 @@ io::Result<PictureRequest> requestOf(const CLI::App& command, const ProjectionAr
   if (arguments.frustum.empty()) return request;
   auto channels = scene::readChannels(arguments.frustum);
   if (!channels) return tl::unexpected(channels.error());
-  const auto channel = channelNamed(*channels, arguments);
+  const auto channel = scene::channelNamed(*channels, arguments.channel, arguments.frustum);
   if (!channel) return tl::unexpected(channel.error());
   request.channels = std::move(*channels);
   request.channel = *channel;

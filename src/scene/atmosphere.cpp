@@ -42,4 +42,9 @@ std::optional<Atmosphere> atmosphereByName(std::string_view name) {
   return std::nullopt;
 }
 
+bool knowAir(Air& air, std::string_view body) {
+  if (air.atmosphere == Atmosphere{}) air.atmosphere = atmosphereByName(body).value_or(Atmosphere{});
+  return air.atmosphere != Atmosphere{};
+}
+
 }  // namespace tellurion::scene

@@ -43,4 +43,7 @@ struct Air {
   std::optional<double> exposure_stops;
 };
 
+/// Where nothing is said of the air, gives it that of the body; false: nothing is known of that either.
+bool knowAir(Air& air, std::string_view body);
+
 }  // namespace tellurion::scene

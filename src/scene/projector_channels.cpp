@@ -107,6 +107,20 @@ io::Result<std::vector<ProjectorChannel>> readChannels(const std::string& path) 
   return parseChannels(text.str(), path);
 }
 
+io::Result<std::size_t> channelNamed(const std::vector<ProjectorChannel>& channels, std::string_view name,
+                                     const std::string& path) {
+  if (name.empty() && channels.size() == 1) return 0;
+  std::string names;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i].name == name) return i;
+    names += (i == 0 ? "" : ", ") + channels[i].name;
+  }
+  return io::fail(Code::invalidArgument,
+                  name.empty() ? "say which channel with --channel: " + names
+                               : fmt::format("has no channel '{}'; it has {}", name, names),
+                  path);
+}
+
 EyePicture pictureOf(const ProjectorChannel& channel, const std::vector<ProjectorChannel>& all, const View& camera,
                      Viewport size) {
   const auto viewOf = [&](const ProjectorChannel& c) {

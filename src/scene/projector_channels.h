@@ -22,6 +22,10 @@ struct ProjectorChannel {
 io::Result<std::vector<ProjectorChannel>> readChannels(const std::string& path);
 io::Result<std::vector<ProjectorChannel>> parseChannels(std::string_view text, const std::string& path);
 
+/// Which of them --channel names; an empty name does where there is but one. `path` is what a failure tells.
+io::Result<std::size_t> channelNamed(const std::vector<ProjectorChannel>& channels, std::string_view name,
+                                     const std::string& path);
+
 /// The channel's picture from the camera's eye. The ground is chosen all around the eye, and for the smallest pixel of
 /// all channels drawn at this size: so all of them draw the same tiles, with the same morphs.
 EyePicture pictureOf(const ProjectorChannel& channel, const std::vector<ProjectorChannel>& all, const View& camera,
