@@ -4,12 +4,15 @@
 #include <memory>
 #include <string>
 
+#include "app/follow_loop.h"
 #include "app/progress.h"
 #include "app/shipped_places.h"
+#include "app/step_options.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
 #include "app/view_loop.h"
 #include "app/view_start.h"
+#include "scene/scene_identity.h"
 
 namespace tellurion::app {
 namespace {
@@ -19,6 +22,7 @@ struct ViewArguments {
   std::string camera;
   std::string path;    ///< key frames to begin with
   std::string places;  ///< further ones
+  StepArguments step;
 };
 
 // Without the folder, where the scene is one file.
@@ -48,10 +52,70 @@ io::Result<scene::Gazetteer> placesOf(const ViewArguments& arguments, const std:
   return places;
 }
 
+/// A window with all that draws in it.
+struct Stage {
+  ViewWindow window;
+  std::unique_ptr<scene::Globe> globe;
+  render::Renderer renderer;
+};
+
+io::Result<Stage> openStage(const ViewArguments& arguments, const scene::Scene& scene, const InterruptStop& interrupt) {
+  auto window = ViewWindow::open(titleOf(scene.name), arguments.picture.viewport());
+  if (!window) return tl::unexpected(window.error());
+  auto globe = openGlobe(scene, arguments.picture, interrupt.token());
+  if (!globe) return tl::unexpected(globe.error());
+  auto renderer = render::Renderer::create(arguments.picture.renderer());
+  if (!renderer) return tl::unexpected(renderer.error());
+  if (scene.air.enabled) {
+    if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
+  }
+  if (scene.sky.enabled) {
+    if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
+  }
+  return Stage{std::move(*window), std::move(*globe), std::move(*renderer)};
+}
+
+io::Result<FollowedChannel> channelOf(const StepArguments& asked) {
+  if (asked.frustum.empty()) return FollowedChannel{};
+  auto channels = scene::readChannels(asked.frustum);
+  if (!channels) return tl::unexpected(channels.error());
+  const auto which = scene::channelNamed(*channels, asked.channel, asked.frustum);
+  if (!which) return tl::unexpected(which.error());
+  return FollowedChannel{.all = std::move(*channels), .which = *which};
+}
+
+io::Result<void> follow(const ViewArguments& arguments, const scene::Scene& scene) {
+  const StepArguments& asked = arguments.step;
+  auto channel = channelOf(asked);
+  if (!channel) return tl::unexpected(channel.error());
+  auto secret = readStepSecret(asked);
+  if (!secret) return tl::unexpected(secret.error());
+  const auto leader = io::parseNetAddress(asked.follow);
+  if (!leader) return tl::unexpected(leader.error());
+  auto log = FramesLog::open(asked.framesLog);
+  if (!log) return tl::unexpected(log.error());
+  const InterruptStop interrupt;
+  auto stage = openStage(arguments, scene, interrupt);
+  if (!stage) return tl::unexpected(stage.error());
+  const std::stop_callback closeOnStop(interrupt.token(), [&] { stage->window.closeSoon(); });
+  const auto check = [own = scene::identityOf(scene)](std::string_view greeting) -> io::Result<void> {
+    std::string difference = scene::differenceOf(greeting, own);
+    if (difference.empty()) return {};
+    return io::fail(io::Failure::Code::invalidArgument, std::move(difference));
+  };
+  const auto link = io::StepFollower::follow(
+      {.leader = *leader, .secret = std::move(*secret), .check = check, .wake = [&] { stage->window.wake(); }});
+  if (!link) return tl::unexpected(link.error());
+  FollowLoop loop(stage->window, *stage->globe, std::move(stage->renderer), **link, titleOf(scene.name),
+                  arguments.picture.cut(), std::move(*channel), std::move(*log));
+  return loop.run();
+}
+
 io::Result<void> view(const ViewArguments& arguments) {
   const auto scene =
       scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
   if (!scene) return tl::unexpected(scene.error());
+  if (arguments.step.follows()) return follow(arguments, *scene);
   auto places = placesOf(arguments, scene->body.name);
   if (!places) return tl::unexpected(places.error());
   std::vector<scene::KeyFrame> frames;
@@ -60,23 +124,20 @@ io::Result<void> view(const ViewArguments& arguments) {
     if (!path) return tl::unexpected(path.error());
     frames = scene::keyFramesOf(path->keys());
   }
-  auto window = ViewWindow::open(titleOf(scene->name), arguments.picture.viewport());
-  if (!window) return tl::unexpected(window.error());
   const InterruptStop interrupt;
-  auto globe = openGlobe(*scene, arguments.picture, interrupt.token());
-  if (!globe) return tl::unexpected(globe.error());
-  auto renderer = render::Renderer::create(arguments.picture.renderer());
-  if (!renderer) return tl::unexpected(renderer.error());
-  if (scene->air.enabled) {
-    if (const auto ready = renderer->prepareAir(); !ready) return tl::unexpected(ready.error());
+  auto stage = openStage(arguments, *scene, interrupt);
+  if (!stage) return tl::unexpected(stage.error());
+  const std::stop_callback closeOnStop(interrupt.token(), [&] { stage->window.closeSoon(); });
+  std::optional<Leading> leading;
+  if (arguments.step.leads()) {
+    auto begun = Leading::begin(arguments.step, *scene, [&] { stage->window.wake(); });
+    if (!begun) return tl::unexpected(begun.error());
+    leading = std::move(*begun);
   }
-  if (scene->sky.enabled) {
-    if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
-  }
-  const std::stop_callback closeOnStop(interrupt.token(), [&window] { window->closeSoon(); });
-  ViewLoop loop(*window, **globe, scene->tiling, titleOf(scene->name), std::move(*renderer),
+  ViewLoop loop(stage->window, *stage->globe, scene->tiling, titleOf(scene->name), std::move(stage->renderer),
                 startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),
                 clockOf(*scene, arguments.picture), std::move(*places));
+  if (leading) loop.lead(*leading);
   if (!frames.empty()) loop.travel().setKeyFrames(std::move(frames));
   return loop.run();
 }
@@ -101,11 +162,13 @@ void addView(CLI::App& program) {
       ->add_option("--places", arguments->places,
                    "CSV: name,lat,lon and size_km, population: further places that G finds (docs/viewer.md)")
       ->check(CLI::ExistingFile);
+  addStepOptions(*command, arguments->step);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"
       "Example: Earth, once ./bootstrap demo has made its tile databases\n"
       "  tellurion view data/earth.toml");
-  command->callback([arguments] {
+  command->callback([arguments, command] {
+    checkStepOptions(*command, arguments->step);
     if (const auto done = view(*arguments); !done) failRun("view", io::describe(done.error()));
   });
 }

@@ -6,12 +6,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <utility>
 
+#include "app/screenshot.h"
 #include "app/view_panels.h"
 #include "app/view_statistics.h"
-#include "raster/image_file.h"
 #include "raster/time_extent.h"
 #include "scene/drawn_ground.h"
 
@@ -29,7 +28,6 @@ constexpr double kArrivalsGap_ms = 50.0;
 constexpr double kLongestStep_s = 0.05;
 constexpr std::chrono::milliseconds kRest{300};  ///< the eye stands when it has not moved for so long
 constexpr int kMostRaises = 4;
-constexpr int kMostScreenshots = 100000;
 
 std::string length(double m) {
   if (std::abs(m) < 10e3) return fmt::format("{:.1f} m", m);
@@ -97,7 +95,7 @@ io::Result<void> ViewLoop::run() {
 // the time, so that loading goes on at its own pace where the processor draws as well.
 bool ViewLoop::pictureDue() const {
   const auto gap = std::chrono::duration<double, std::milli>(std::max(kArrivalsGap_ms, 3.0 * frame_ms_));
-  return pictureStale_ || figures_.quality != qualityInForce() ||
+  return pictureStale_ || followersWantFrame() || figures_.quality != qualityInForce() ||
          (arrivalsSeen_ && (complete_ || Clock::now() - lastDrawn_ >= gap));
 }
 
@@ -124,6 +122,9 @@ void ViewLoop::waitForWork() {
   }
   if ((pictureDue() || panelsStale_) && !isEmpty(window_.pictureSize())) atMost = std::chrono::milliseconds(0);
   window_.wait(atMost);
+  if (leading_ != nullptr) {
+    if (auto news = leading_->tellNews()) notify(std::move(*news));
+  }
   if (!complete_ && globe_.waitForArrivals(std::chrono::milliseconds(0))) {
     tellComplete(frameAboveGround());
     arrivalsSeen_ = true;
@@ -163,7 +164,7 @@ void ViewLoop::handleKey(ViewKey key) {
       travel_.handle(key, now_s());
       break;
     case ViewKey::screenshot:
-      saveScreenshot();
+      if (target_) notify(saveScreenshot(*target_));
       break;
     case ViewKey::quit:
       window_.close();
@@ -273,12 +274,17 @@ io::Result<void> ViewLoop::drawPicture() {
   const double quality = isControlled ? control_.quality() : quality_.full;
   figures_.quality = quality;
   const scene::Frame& frame = frameAboveGround();
+  if (leading_ != nullptr)
+    leading_->publish(scene::ledPicture(globe_, controls_.view(), scene::atQuality(cut_, quality)));
   figures_ = drawMeasured(renderer_, *target_, frame);
   figures_.quality = quality;
   lastDrawn_ = Clock::now();
   frame_ms_ = std::chrono::duration<double, std::milli>(lastDrawn_ - begin).count();
-  if (isControlled)
-    control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
+  if (isControlled) {
+    scene::FrameCost cost = costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count());
+    cost.cost_ms += waited_ms_;  // what the slowest follower takes beyond this window
+    control_.next(cost);
+  }
   tellComplete(frame);
   travel_.drawn(now_s());
   pictureStale_ = playing_ || controls_.moving() || frame.morphing || frame.statistics.tilesHeldBack > 0;
@@ -296,10 +302,16 @@ void ViewLoop::tellComplete(const scene::Frame& frame) {
   complete_ = complete;
 }
 
+void ViewLoop::releaseFrame() {
+  const auto waited_ms = leading_ != nullptr ? leading_->release(complete_) : std::nullopt;
+  if (waited_ms) waited_ms_ = *waited_ms;
+}
+
 void ViewLoop::drawPanels() {
   drawPanelsOnce();
   for (int i = 0; i < kMostTyped && window_.hasTyped(); ++i)
     drawPanelsOnce();
+  releaseFrame();
   window_.show();
   panelsStale_ = panelsStale_ || window_.hasTyped();
 }
@@ -352,6 +364,7 @@ std::string ViewLoop::statusRight() const {
   if (figures_.scene.layersComing > 0) text = fmt::format("{} layers to come   ", figures_.scene.layersComing) + text;
   if (const auto troubles = globe_.troubles(); !troubles.empty()) text = io::describe(troubles.front()) + "   " + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
+  if (leading_ != nullptr) text = leading_->status() + "   " + text;
   if (travel_.recording()) text = "recording   " + text;
   return text + "   H: help";
 }
@@ -372,9 +385,7 @@ void ViewLoop::toggleDebugView(scene::DebugView view) {
 /// Where the scene says nothing of its air, that of its body.
 void ViewLoop::toggleAir() {
   scene::Air& air = globe_.air();
-  const auto own = scene::atmosphereByName(globe_.body().name);
-  if (air.atmosphere == scene::Atmosphere{} && own) air.atmosphere = *own;
-  if (air.atmosphere == scene::Atmosphere{}) {
+  if (!scene::knowAir(air, globe_.body().name)) {
     notify("the air of this body is not known: describe it in the scene's [atmosphere]");
     return;
   }
@@ -450,20 +461,6 @@ void ViewLoop::printCamera() {
   std::fflush(stdout);
   window_.copyToClipboard(line);
   notify("camera printed and copied: " + line);
-}
-
-void ViewLoop::saveScreenshot() {
-  if (!target_) return;
-  for (int i = 1; i < kMostScreenshots; ++i) {
-    const std::filesystem::path path = fmt::format("tellurion-{:04}.png", i);
-    std::error_code ignored;
-    if (std::filesystem::exists(path, ignored)) continue;
-    const auto written = raster::writePng(path, render::readColour(*target_));
-    const std::string where = std::filesystem::absolute(path, ignored).string();
-    fmt::print(stderr, "{}\n", written ? "screenshot: " + where : io::describe(written.error()));
-    notify(written ? "saved " + where : "not saved: " + io::describe(written.error()));
-    return;
-  }
 }
 
 void ViewLoop::reportFailures() {

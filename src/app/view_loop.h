@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/frame_figures.h"
+#include "app/leading.h"
 #include "app/view_controls.h"
 #include "app/view_travel.h"
 #include "app/view_window.h"
@@ -31,6 +32,9 @@ class ViewLoop {
   /// Where the eye can be sent.
   ViewTravel& travel() { return travel_; }
 
+  /// Has others follow; it must outlive this.
+  void lead(Leading& leading) { leading_ = &leading; }
+
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
 
@@ -46,6 +50,8 @@ class ViewLoop {
   void handleKey(ViewKey key);
   void adjustToWindow();
   io::Result<void> drawPicture();
+  void releaseFrame();
+  bool followersWantFrame() const { return leading_ != nullptr && leading_->wantsFrame(); }
   const scene::Frame& frameAboveGround();
   void drawPanels();
   void drawPanelsOnce();
@@ -62,7 +68,6 @@ class ViewLoop {
   void runClock(double seconds);
   bool readyForDebugViews();
   void printCamera();
-  void saveScreenshot();
   void reportFailures();
   void notify(std::string text);
   bool noticeShown() const { return Clock::now() < noticeUntil_; }
@@ -82,6 +87,8 @@ class ViewLoop {
   scene::QualityControl control_;
   scene::SceneClock clock_;  ///< from where it runs on
   bool playing_ = false;
+  Leading* leading_ = nullptr;  ///< null: nobody follows
+  double waited_ms_ = 0.0;      ///< in the last frame, for followers
   std::optional<render::RenderTarget> target_;
   std::optional<scene::PixelPosition> cursor_;
   bool pictureStale_ = true;   ///< the planet must be drawn again

@@ -318,6 +318,10 @@ scene::Viewport ViewWindow::pictureSize() const {
 
 void ViewWindow::closeSoon() {
   close();
+  wake();
+}
+
+void ViewWindow::wake() {
   glfwPostEmptyEvent();
 }
 

@@ -31,6 +31,8 @@ class ViewWindow {
   void close();
   /// From any thread: wait() ends, and closing() is true.
   void closeSoon();
+  /// From any thread: wait() ends.
+  void wake();
 
   /// Pixels of the picture, which on dense screens are more than the window system's units; 0 by 0 while minimised.
   scene::Viewport pictureSize() const;
