@@ -24,6 +24,21 @@ std::string causeOf(sqlite3* database) {
   return !isKnown || cause == 0 ? std::string() : ": " + std::generic_category().message(cause);
 }
 
+std::int64_t pragmaOf(sqlite3* database, const char* sql) {
+  sqlite3_stmt* statement = nullptr;
+  if (sqlite3_prepare_v2(database, sql, -1, &statement, nullptr) != SQLITE_OK) return 0;
+  const std::int64_t value = sqlite3_step(statement) == SQLITE_ROW ? sqlite3_column_int64(statement, 0) : 0;
+  sqlite3_finalize(statement);
+  return value;
+}
+
+/// SQLite has one code for a full disk and for a file of as many pages as are allowed. What did not fit is taken back
+/// by now, so that the file is nearly full.
+bool isOutOfPages(sqlite3* database) {
+  const std::int64_t most = pragmaOf(database, "PRAGMA max_page_count");
+  return most > 0 && pragmaOf(database, "PRAGMA page_count") > most - most / 100;
+}
+
 Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
   const std::string detail = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(resultCode);
   const auto failure = [&](Code code, const std::string& message) { return Failure{code, message, where}; };
@@ -36,6 +51,11 @@ Failure failureOf(int resultCode, sqlite3* database, const std::string& where) {
     case SQLITE_TOOBIG:
       return failure(Code::corrupt, "the database holds a value larger than any it should");
     case SQLITE_FULL:
+      if (isOutOfPages(database)) {
+        return failure(Code::ioError,
+                       "the file holds all the pages that a database can have; what was committed is safe: spread the "
+                       "data over several databases");
+      }
       return failure(Code::ioError,
                      "the disk is full; nothing is lost: free some space and run the same command again");
     case SQLITE_IOERR:

@@ -74,6 +74,12 @@ io::Result<void> startAppend(TileDatabase& database, const BuildPlan& plan, cons
 io::Result<void> checkLeft(const TileDatabase& database, const BuildPlan& plan, const std::string& baseKey) {
   const std::string& key = database.meta().buildKey;
   if (key == plan.meta.buildKey || (plan.base && key == baseKey)) return {};
+  if (std::ranges::find(plan.olderKeys, key) != plan.olderKeys.end()) {
+    return io::fail(Code::invalidArgument,
+                    "was begun by an older version of this program, which stored it otherwise, and cannot be gone on "
+                    "with; remove the file to start over",
+                    database.connection().path());
+  }
   return io::fail(
       Code::invalidArgument,
       fmt::format(
@@ -95,18 +101,20 @@ io::Result<OpenedOutput> openExisting(const fs::path& part, const BuildPlan& pla
   return OpenedOutput{std::move(*database), true};
 }
 
-/// Whether the same command would fail again: an input that is there but cannot be read, or one that is no longer what
-/// was planned with; of an append also the database below, or the copy of it. An input that is out of reach (a share
-/// that went away) may come back, and what is done is kept for it.
-bool wouldFailAgain(const io::Failure& failure, const BuildPlan& plan, const fs::path& part) {
-  const auto input = std::ranges::find(plan.inputs, failure.where, &PlannedInput::path);
-  if (input != plan.inputs.end()) {
-    const auto unchanged = checkUnchanged(*input);
-    if (!unchanged) return unchanged.error().code != Code::notFound;
-    return failure.code == Code::corrupt || failure.code == Code::invalidArgument;
-  }
-  const bool isBelow = plan.base && (failure.where == plan.base->string() || failure.where == part.string());
-  return failure.code == Code::corrupt && isBelow;
+/// Whether an input, or a file that it is read from, is why a build ended.
+bool isOfAnInput(const io::Failure& failure, const BuildPlan& plan) {
+  return std::ranges::any_of(plan.inputs, [&](const PlannedInput& input) {
+    return input.path == failure.where ||
+           std::ranges::any_of(input.files, [&](const FileStamp& file) { return file.path == failure.where; });
+  });
+}
+
+/// Whether nothing but a beginning is in the file: no tile of this build was committed.
+bool isMerelyBegun(const fs::path& part) {
+  const auto database = TileDatabase::open(part, io::SqliteConnection::Mode::read);
+  if (!database) return false;
+  const auto position = database->position();
+  return position && *position && (*position)->done == 0;
 }
 
 }  // namespace
@@ -146,10 +154,13 @@ int jobsFor(const BuildOptions& options) {
 
 io::Failure afterFailure(io::Failure failure, const BuildOptions& options, const BuildPlan& plan,
                          const fs::path& part) {
-  if (!wouldFailAgain(failure, plan, part)) {
-    const auto input = std::ranges::find(plan.inputs, failure.where, &PlannedInput::path);
-    if (input == plan.inputs.end() || checkUnchanged(*input)) return failure;
-    failure.message += "; what is built is kept: put the file back and run the same command again, which goes on";
+  const bool isBelow = plan.base && failure.where == plan.base->string();
+  if (!isBelow && !isOfAnInput(failure, plan)) return failure;
+  if (!isMerelyBegun(part)) {
+    failure.message += fmt::format(
+        "; what is built is kept: with the file as it was (its time of change too), the same command goes on; to start "
+        "over with another, remove {}",
+        part.string());
     return failure;
   }
   std::error_code error;

@@ -29,7 +29,8 @@ io::Result<void> checkPart(const std::filesystem::path& part, const BuildPlan& p
 
 int jobsFor(const BuildOptions& options);
 
-/// A build that cannot be finished is not left in the way of the next one of that name.
+/// What is done is kept whatever the failure, and told; a mere beginning that an input ended is not left in the way of
+/// the next build of that name.
 io::Failure afterFailure(io::Failure failure, const BuildOptions& options, const BuildPlan& plan,
                          const std::filesystem::path& part);
 

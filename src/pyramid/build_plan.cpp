@@ -10,6 +10,7 @@
 #include "pyramid/bounded_heights.h"
 #include "pyramid/database_file.h"
 #include "pyramid/geometric_error.h"
+#include "pyramid/text_digest.h"
 #include "raster/live_tiles.h"
 #include "raster/vertical_datum.h"
 
@@ -18,14 +19,10 @@ namespace {
 
 using Code = io::Failure::Code;
 
-/// FNV-1a, 64 bits, as hexadecimal digits: a name for a text, not a protection.
-std::string digestOf(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const char c : text) {
-    hash ^= static_cast<std::uint8_t>(c);
-    hash *= 0x100000001b3u;
-  }
-  return fmt::format("{:016x}", hash);
+/// Part of every key: raised where the same inputs would give other bytes. 3: small pages of elevation, and HEALPix
+/// imagery by its mean spacing.
+int builderVersionOf(const DatabaseMeta& meta) {
+  return meta.kind == raster::Kind::elevation || meta.scheme == tiling::Scheme::healpix ? 3 : 2;
 }
 
 /// How an input is named in the database and in its key: the same for "a.tif" and "./a.tif".
@@ -33,27 +30,18 @@ std::string storedName(const std::string& path) {
   return std::filesystem::path(path).lexically_normal().string();
 }
 
-/// What tells one content of a file from another without reading it.
-std::string signatureOfFile(const std::string& path) {
-  std::error_code error;
-  const auto absolute = std::filesystem::weakly_canonical(path, error);
-  const auto size = std::filesystem::file_size(path, error);
-  if (error) return path;
-  const auto time = std::filesystem::last_write_time(path, error).time_since_epoch().count();
-  return fmt::format("{}|{}|{}", absolute.string(), size, time);
-}
-
 std::string keyOfCleaning(const CleaningOptions& cleaning) {
   if (!cleaning.asksForAnything()) return {};
   std::string text = fmt::format("|clean {} {:a} {}", cleaning.matchColours, cleaning.feather_m, cleaning.clouds);
   for (const std::string& file : cleaning.cutAt)
-    text += " " + signatureOfFile(file);
+    text += " " + stampOf(file).text;
   return text;
 }
 
-std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs) {
+std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs,
+                         int version) {
   std::string text =
-      fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", kBuilderVersion, formatVersionOf(meta.scheme), options.append,
+      fmt::format("{}|{}|{}|{}|{}|{}|{:a}|{:a}|{}", version, formatVersionOf(meta.scheme), options.append,
                   nameOf(meta.kind), tiling::nameOf(meta.scheme), meta.body.name, meta.body.ellipsoid.semiMajorAxis_m(),
                   meta.body.ellipsoid.flattening(), options.maxLevel.value_or(-1));
   if (meta.kind == raster::Kind::elevation) text += fmt::format("|fill {:a}", meta.fillVoids_m);
@@ -166,6 +154,13 @@ io::Result<void> checkBase(const BuildOptions& options, const DatabaseMeta& base
   return {};
 }
 
+io::Failure whileOpened(io::Failure failure) {
+  failure.message = failure.code == Code::notFound ? "there is no such file any more"
+                                                   : "changed while it was opened; run the same command again when "
+                                                     "nothing writes it any more";
+  return failure;
+}
+
 io::Result<void> checkInput(const std::string& path) {
   if (!isTileDatabaseFile(path)) return {};
   return io::fail(
@@ -184,15 +179,23 @@ PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta,
                      .bounds = within,
                      .extent = info.bounds,
                      .spacing = info.finestSpacing,
-                     .files = info.files,
-                     .signature = {}};
-  input.signature = signatureOf(input);
+                     .files = {stampOf(info.path)}};
+  for (const std::string& file : info.files)
+    input.files.push_back(stampOf(file));
   if (options.maxLevel && *options.maxLevel < input.depth) {
     input.depth = *options.maxLevel;
     input.footprint = tiling.metrics(input.depth).meanEdge / meta.tileCells;
     input.spacing = std::max(input.spacing, input.footprint);
   }
   return input;
+}
+
+std::string signatureOf(const PlannedInput& input) {
+  std::string text = storedName(input.path);
+  for (const FileStamp& file : input.files) {
+    if (!file.text.empty()) text += "|" + file.text;
+  }
+  return text;
 }
 
 /// 0, floating point, wins; else the finer step.
@@ -238,8 +241,8 @@ io::Result<void> addVerticalDatum(const raster::RasterInfo& info, BuildPlan& pla
   PlannedInput& input = plan.inputs.back();
   const auto datum = raster::VerticalDatum::open(plan.verticalDatum, info.body, input.bounds);
   if (!datum) return tl::unexpected(datum.error());
-  input.files.insert(input.files.end(), datum->files().begin(), datum->files().end());
-  input.signature = signatureOf(input);
+  for (const std::string& file : datum->files())
+    input.files.push_back(stampOf(file));
   return {};
 }
 
@@ -287,25 +290,6 @@ bool BuildPlan::fills() const {
   return std::ranges::any_of(inputs, [&](const PlannedInput& input) { return input.depth != deepestLevel; });
 }
 
-std::string signatureOf(const PlannedInput& input) {
-  std::string text = storedName(input.path) + "|" + signatureOfFile(input.path);
-  for (const std::string& file : input.files)
-    text += "|" + signatureOfFile(file);
-  return text;
-}
-
-io::Result<void> checkUnchanged(const PlannedInput& input) {
-  if (signatureOf(input) == input.signature) return {};
-  std::error_code error;
-  const auto isAway = [&](const std::string& file) { return !std::filesystem::exists(file, error); };
-  if (isAway(input.path) || std::ranges::any_of(input.files, isAway)) {
-    return io::fail(Code::notFound, "went away while it was built from", input.path);
-  }
-  return io::fail(Code::invalidArgument,
-                  "changed while it was built from; run the same command again when nothing writes it any more",
-                  input.path);
-}
-
 double heightStepFor(double heightQuantum_m) {
   if (!(heightQuantum_m > 0.0) || !std::isfinite(heightQuantum_m)) return 0.0;
   return std::exp2(std::floor(std::log2(heightQuantum_m / 16.0)));
@@ -336,21 +320,25 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   std::string signatures;
   for (const std::string& path : options.inputs) {
     if (auto ok = checkInput(path); !ok) return tl::unexpected(ok.error());
+    const std::vector<FileStamp> before = {stampOf(path)};
     const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
     if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
     if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
-    // Else the signature would be that of nothing, and the build another one once the file is back.
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file any more", path);
+    // Else the key would be that of other bytes, or of none.
+    if (auto ok = checkUnchanged(before); !ok) return tl::unexpected(whileOpened(ok.error()));
     if (auto ok = addVerticalDatum(file->info(), plan); !ok) return tl::unexpected(ok.error());
-    signatures += "\n" + plan.inputs.back().signature;
+    signatures += "\n" + signatureOf(plan.inputs.back());
   }
   plan.meta.maxLevel = plan.deepestLevel;
   planFilling(base, plan);
   if (!base && !plan.fills()) plan.blockLevel = std::max(0, plan.deepestLevel - blockDepth(plan.meta.kind));
-  plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures);
-  plan.meta.buildKey = base ? digestOf(base->buildKey + plan.meta.requestKey) : plan.meta.requestKey;
+  const auto keyOf = [&](const std::string& request) { return base ? digestOf(base->buildKey + request) : request; };
+  const int version = builderVersionOf(plan.meta);
+  plan.meta.requestKey = requestKeyOf(options, plan.meta, signatures, version);
+  plan.meta.buildKey = keyOf(plan.meta.requestKey);
+  for (int older = 1; older < version; ++older)
+    plan.olderKeys.push_back(keyOf(requestKeyOf(options, plan.meta, signatures, older)));
   return plan;
 }
 

@@ -7,13 +7,11 @@
 
 #include "pyramid/database.h"
 #include "pyramid/fill_plan.h"
+#include "pyramid/input_signature.h"
 #include "pyramid/pyramid_builder.h"
 #include "raster/raster_file.h"
 
 namespace tellurion::pyramid {
-
-/// Part of every key: raised when the same inputs would give other bytes.
-inline constexpr int kBuilderVersion = 3;
 
 class ImageryCleaning;
 
@@ -24,18 +22,11 @@ struct PlannedInput {
   /// Side of the area that a sample averages; 0: bilinear. Wide only where the depth asked for is less than the natural
   /// one.
   geo::Angle footprint;
-  geo::GeoRect bounds;             ///< of what of it is built
-  geo::GeoRect extent;             ///< of all of it
-  geo::Angle spacing;              ///< the finest that is made use of
-  std::vector<std::string> files;  ///< all that it is read from
-  std::string signature;           ///< signatureOf() when it was planned
+  geo::GeoRect bounds;           ///< of what of it is built
+  geo::GeoRect extent;           ///< of all of it
+  geo::Angle spacing;            ///< the finest that is made use of
+  std::vector<FileStamp> files;  ///< all that it is read from, as they were when it was planned
 };
-
-/// What tells one content of an input from another without reading it: names, sizes and times of all its files.
-std::string signatureOf(const PlannedInput& input);
-/// Whether an input is still what it was planned as. notFound: one of its files is away, and may come back;
-/// invalidArgument: it is another one now.
-io::Result<void> checkUnchanged(const PlannedInput& input);
 
 /// All that is decided before the first tile is made. Immutable: worker threads share it.
 struct BuildPlan {
@@ -54,6 +45,7 @@ struct BuildPlan {
   std::optional<int> blockLevel;
   std::optional<std::filesystem::path> base;  ///< the database that the inputs are laid over
   std::vector<std::string> warnings;
+  std::vector<std::string> olderKeys;  ///< build keys that former versions of the builder gave the same command
 
   /// Whether heights may depend on other data than that at their place, or have to say how deep that is.
   bool fills() const;

@@ -64,17 +64,17 @@ io::Result<void> BuildRun::run(BuildPosition start) {
       if (groupIsOpen_) database_.rollback();
       return ok;
     }
-    if (position_.level == 0 || cut_.part) return checkInputs();
+    if (position_.level == 0 || cut_.part) return {};
     position_.level -= 1;
     position_.row = 0;
   }
 }
 
-/// What was read of a file that is written meanwhile is of no one content. One that is gone was whole when it was
-/// opened.
+/// What was read of a file that is written meanwhile is of no one content. So only what was read of files that are
+/// still what they were is committed, and what is committed may be gone on with.
 io::Result<void> BuildRun::checkInputs() const {
-  for (const PlannedInput& input : plan_.inputs) {
-    if (auto ok = checkUnchanged(input); !ok && ok.error().code != Code::notFound) return ok;
+  for (const int input : groupInputs_) {
+    if (auto ok = checkUnchanged(plan_.inputs[static_cast<std::size_t>(input)].files); !ok) return ok;
   }
   return {};
 }
@@ -112,16 +112,16 @@ io::Result<void> BuildRun::submit(const Candidate& candidate) {
   if (cut_.shards != nullptr && position_.level == plan_.startLevel()) {
     const auto made = cut_.shards->piece(candidate.id);
     if (!made) return tl::unexpected(made.error());
-    return take(candidate.id, *made);
+    return take(Candidate{.id = candidate.id, .inputs = {}, .makes = {}}, *made);
   }
   if (position_.level == plan_.blockLevel) {
-    pending_.push_back(candidate.id);
+    pending_.push_back(candidate);
     work_.push([this, candidate] { return makerOfThisThread().makeBlock(candidate); });
     return {};
   }
   auto task = taskFor(candidate);
   if (!task) return tl::unexpected(task.error());
-  pending_.push_back(candidate.id);
+  pending_.push_back(candidate);
   work_.push([this, shared = std::make_shared<const TileTask>(std::move(*task))] {
     return makerOfThisThread().make(*shared);
   });
@@ -213,13 +213,13 @@ io::Result<void> BuildRun::readBeyond(TileTask& task) {
 
 io::Result<void> BuildRun::finishOldest() {
   Made made = work_.pop();
-  const tiling::TileId id = pending_.front();
+  const Candidate candidate = std::move(pending_.front());
   pending_.pop_front();
   if (!made) return tl::unexpected(made.error());
-  return take(id, *made);
+  return take(candidate, *made);
 }
 
-io::Result<void> BuildRun::take(const tiling::TileId& id, const MadeTiles& made) {
+io::Result<void> BuildRun::take(const Candidate& candidate, const MadeTiles& made) {
   if (!groupIsOpen_) {
     if (auto ok = beginGroup(); !ok) return ok;
   }
@@ -227,9 +227,10 @@ io::Result<void> BuildRun::take(const tiling::TileId& id, const MadeTiles& made)
     if (auto ok = database_.write(record); !ok) return ok;
   }
   if (cut_.part) {
-    if (auto ok = listPiece(database_, id, made.candidates); !ok) return ok;
+    if (auto ok = listPiece(database_, candidate.id, made.candidates); !ok) return ok;
   }
-  position_.row = rowNumberOf(id);
+  groupInputs_.insert(candidate.inputs.begin(), candidate.inputs.end());
+  position_.row = rowNumberOf(candidate.id);
   position_.done += made.candidates;
   groupSize_ += made.candidates;
   report();
@@ -249,11 +250,13 @@ io::Result<void> BuildRun::beginGroup() {
 
 io::Result<void> BuildRun::commitGroup() {
   if (!groupIsOpen_) return {};
+  if (auto ok = checkInputs(); !ok) return ok;
   if (auto ok = database_.writePosition(position_); !ok) return ok;
   if (auto ok = database_.commit(); !ok) return ok;
   committed_ = position_;
   groupIsOpen_ = false;
   groupSize_ = 0;
+  groupInputs_.clear();
   return {};
 }
 

@@ -53,7 +53,7 @@ class BuildRun {
   io::Result<void> readBeyond(TileTask& task);
   io::Result<void> readDeeper(TileTask& task);
   io::Result<void> finishOldest();
-  io::Result<void> take(const tiling::TileId& id, const MadeTiles& made);
+  io::Result<void> take(const Candidate& candidate, const MadeTiles& made);
   io::Result<void> beginGroup();
   io::Result<void> commitGroup();
   TileMaker& makerOfThisThread();
@@ -75,12 +75,13 @@ class BuildRun {
   BuildPosition position_;  ///< of what is in the open group
   BuildPosition committed_;
   std::uint64_t groupSize_ = 0;  ///< candidates
+  std::set<int> groupInputs_;    ///< that may have been read for the open group
   bool groupIsOpen_ = false;
   std::uint64_t total_ = 0;
   std::uint64_t doneBefore_ = 0;
   std::chrono::steady_clock::time_point lastReport_;
 
-  std::deque<tiling::TileId> pending_;
+  std::deque<Candidate> pending_;
   std::mutex makersMutex_;
   std::map<std::thread::id, std::unique_ptr<TileMaker>> makers_;
   OrderedWork<Made> work_;  // last: its threads use the makers

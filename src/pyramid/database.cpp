@@ -88,12 +88,16 @@ int pageSizeFor(raster::Kind kind) {
   return kind == raster::Kind::elevation ? 1024 : 4096;
 }
 
+/// As many as the format can number. Debian's SQLite stops at a quarter of that unless told otherwise: at 1.1 TB of
+/// elevation.
+constexpr const char* kMostPages = "PRAGMA max_page_count = 4294967294";
+
 /// What every writing connection needs so that the file's bytes depend on its content alone: no pages written before a
 /// commit, a rollback journal that is gone after it.
 io::Result<void> prepareWriting(const io::SqliteConnection& connection) {
   for (const std::string_view sql :
        {"PRAGMA auto_vacuum = 0", "PRAGMA encoding = 'UTF-8'", "PRAGMA journal_mode = DELETE",
-        "PRAGMA synchronous = FULL", "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF"}) {
+        "PRAGMA synchronous = FULL", "PRAGMA cache_spill = OFF", "PRAGMA secure_delete = OFF", kMostPages}) {
     if (auto ok = connection.execute(sql); !ok) return ok;
   }
   return {};

@@ -78,7 +78,7 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   if (slot.file) return &*slot.file;
   if (openFiles_ >= mostOpen_) closeOldest();
   const PlannedInput& planned = plan_.inputs[static_cast<std::size_t>(input)];
-  if (auto ok = checkUnchanged(planned); !ok) return tl::unexpected(ok.error());
+  if (auto ok = checkUnchanged(planned.files); !ok) return tl::unexpected(ok.error());
   raster::RasterOptions options = plan_.rasterOptions;
   options.cacheBytes = cacheBytes_;
   auto opened = raster::RasterFile::open(planned.path, plan_.meta.kind, options);

@@ -2,6 +2,7 @@
 #include "pyramid/pyramid_builder.h"
 #include "geo/seed_test.h"
 
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -133,12 +134,36 @@ TEST_F(PyramidBuilder, AChangedInputIsAnotherBuild) {
 TEST_F(PyramidBuilder, ASideFileIsPartOfTheBuild) {
   const std::string input = globe();
   ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
-  std::ofstream(input + ".aux.xml") << "<PAMDataset></PAMDataset>";
+  const auto say = [&](const char* what) { std::ofstream(input + ".aux.xml") << what; };
+  say("<PAMDataset>\n <PAMRasterBand band=\"1\">\n  <NoDataValue>-5</NoDataValue>\n </PAMRasterBand>\n</PAMDataset>\n");
   EXPECT_FALSE(buildPyramid(options("out.tdb", {input})).has_value());
   ASSERT_TRUE(buildPyramid(options("second.tdb", {input})).has_value());
   EXPECT_TRUE(buildPyramid(options("second.tdb", {input}))->alreadyComplete);
   fs::last_write_time(input + ".aux.xml", fs::last_write_time(input) + std::chrono::seconds(5));
+  EXPECT_TRUE(buildPyramid(options("second.tdb", {input}))->alreadyComplete) << "merely touched";
+  say("<PAMDataset>\n <PAMRasterBand band=\"1\">\n  <NoDataValue>-6</NoDataValue>\n </PAMRasterBand>\n</PAMDataset>\n");
   EXPECT_FALSE(buildPyramid(options("second.tdb", {input})).has_value());
+}
+
+TEST_F(PyramidBuilder, StatisticsThatOthersLeaveBesideAnInputDoNotMatter) {
+  const std::string input = globe();
+  ASSERT_TRUE(buildPyramid(options("out.tdb", {input})).has_value());
+  {
+    const std::unique_ptr<GDALDataset> looked(GDALDataset::Open(input.c_str()));
+    double statistics[4];
+    ASSERT_EQ(looked->GetRasterBand(1)->ComputeStatistics(FALSE, statistics, statistics + 1, statistics + 2,
+                                                          statistics + 3, nullptr, nullptr),
+              CE_None);
+    GUIntBig* counts = nullptr;
+    double least = 0.0;
+    double most = 0.0;
+    int buckets = 0;
+    ASSERT_EQ(looked->GetRasterBand(1)->GetDefaultHistogram(&least, &most, &buckets, &counts, TRUE, nullptr, nullptr),
+              CE_None);
+    VSIFree(counts);
+  }
+  ASSERT_TRUE(fs::exists(input + ".aux.xml"));
+  EXPECT_TRUE(buildPyramid(options("out.tdb", {input}))->alreadyComplete);
 }
 
 TEST_F(PyramidBuilder, ANameWrittenOtherwiseIsTheSameBuild) {
@@ -246,6 +271,20 @@ TEST_F(PyramidBuilder, LittleOfAnElevationFileIsLostToItsPages) {
   for (const LevelSummary& level : summary->levels)
     payload += level.payloadBytes;
   EXPECT_GT(static_cast<double>(payload), 0.9 * static_cast<double>(fs::file_size(build.output)));
+}
+
+TEST_F(PyramidBuilder, FilesMayHaveAllThePagesThatTheFormatCanNumberAndSayWhenTheyHave) {
+  const BuildOptions build = options("out.tdb", {globe()});
+  ASSERT_TRUE(buildPyramid(build).has_value());
+  const auto database = TileDatabase::open(build.output, io::SqliteConnection::Mode::write);
+  ASSERT_TRUE(database.has_value());
+  const io::SqliteConnection& connection = database->connection();
+  EXPECT_EQ(connection.integer("PRAGMA max_page_count").value_or(0), 4294967294);
+  const std::int64_t pages = connection.integer("PRAGMA page_count").value_or(0);
+  ASSERT_TRUE(connection.execute("PRAGMA max_page_count = " + std::to_string(pages)).has_value());
+  const auto full = connection.execute("CREATE TABLE more AS SELECT * FROM tiles");
+  ASSERT_FALSE(full.has_value());
+  EXPECT_NE(full.error().message.find("all the pages"), std::string::npos) << full.error().message;
 }
 
 TEST_F(PyramidBuilder, FilesWithTheFormerPagesAreReadAndAppendedTo) {
