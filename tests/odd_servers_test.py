@@ -151,7 +151,7 @@ class OddServers(online_world.ServerTest):
             odd = self.server(self.heights, form, box=box, raw=kind)
             entry = {"source": odd.url, "type": "wms", "layer": "odd", "nodata": -32768} | ({"byte_order": order} if order else {})
             path = self.work / f"{name}.tif"
-            self.render(name, "--depth", path, camera=EVEREST, elevation=[entry])
+            self.render(name, "--depth", path, "--tolerance", 4, camera=EVEREST, elevation=[entry])
             self.assertEqual(odd.refused, 0)
             depth[name] = online_world.depths(path)
         self.assertGreater(numpy.ptp(depth["little"]), 3000)
