@@ -72,6 +72,10 @@ TEST(KeyFrames, AndKeysAreTheSameThing) {
   ASSERT_EQ(again.size(), 3u);
   EXPECT_EQ(again[1].leg_s, 2.0);
   EXPECT_NEAR(again[2].leg_s, kLeastLeg_s, 1e-12);
+  frames[1].leg_s = 100000.0;
+  EXPECT_EQ(keysOf(frames)[1].seconds, 100000.0) << "a long leg is not cut";
+  frames[1].leg_s = std::nan("");
+  EXPECT_TRUE(CameraPath::create(keysOf(frames)));
   EXPECT_TRUE(keysOf({}).empty());
 }
 
