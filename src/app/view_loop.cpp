@@ -281,7 +281,7 @@ io::Result<void> ViewLoop::drawPicture() {
     control_.next(costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count()));
   tellComplete(frame);
   travel_.drawn(now_s());
-  pictureStale_ = playing_ || controls_.moving() || frame.morphing || frame.statistics.tilesHeldBack > 0;
+  pictureStale_ = playing_ || controls_.moving() || frame.unsettled;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
