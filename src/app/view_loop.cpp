@@ -287,7 +287,7 @@ io::Result<void> ViewLoop::drawPicture() {
   }
   tellComplete(frame);
   travel_.drawn(now_s());
-  pictureStale_ = playing_ || controls_.moving() || frame.morphing || frame.statistics.tilesHeldBack > 0;
+  pictureStale_ = playing_ || controls_.moving() || frame.unsettled;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();

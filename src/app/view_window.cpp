@@ -59,11 +59,12 @@ Heard& heardBy(GLFWwindow* window) {
   return *static_cast<Heard*>(glfwGetWindowUserPointer(window));
 }
 
+/// X tells whole pixels: what is pointed at is the middle of one.
 scene::PixelPosition pixelFrom(GLFWwindow* window, double x, double y) {
   int windowWidth = 0, windowHeight = 0, width = 0, height = 0;
   glfwGetWindowSize(window, &windowWidth, &windowHeight);
   glfwGetFramebufferSize(window, &width, &height);
-  return {x * width / std::max(windowWidth, 1), y * height / std::max(windowHeight, 1)};
+  return {(x + 0.5) * width / std::max(windowWidth, 1), (y + 0.5) * height / std::max(windowHeight, 1)};
 }
 
 Modifiers modifiersFrom(int mods) {

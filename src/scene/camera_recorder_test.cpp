@@ -47,7 +47,7 @@ TEST(CameraRecorder, PlaysAgainWhatWasFlown) {
   EXPECT_LE(path->keys().size(), 8.0 * 30.0 + 5.0);
   for (const double t : times) {
     const Camera again = path->at(CameraPath::Seconds(t));
-    EXPECT_LT(apart_m(again, flown(t)), 2500.0) << t;  // 222 km a second: a hundredth of a second
+    EXPECT_LT(apart_m(again, flown(t)), 3700.0) << t;  // 222 km a second: half of a thirtieth of one
     EXPECT_NEAR(again.pitch.degrees(), flown(t).pitch.degrees(), 0.05) << t;
   }
   for (double t = 2.2; t < 4.8; t += 0.1)
@@ -63,6 +63,48 @@ TEST(CameraRecorder, AStandIsTwoKeys) {
   EXPECT_NEAR(recorder.keys().back().seconds, 9.99, 1e-9);
 }
 
+// A mouse that tells its place in every other frame: the way is smooth, what is seen of it a staircase.
+TEST(CameraRecorder, StandsOfSingleFramesAreNoStands) {
+  CameraRecorder recorder;
+  constexpr double kSeconds = 20.0;
+  const auto way = [](double t) { return cameraAt(5.0 * std::sin(t), 20.0 + t, 1e5 + 5e4 * std::cos(1.7 * t)); };
+  for (int i = 0; i < 120 * kSeconds; ++i)
+    recorder.add(way((i - i % 2) / 120.0), 3.0 + i / 120.0);
+  const auto keys = recorder.keys();
+  EXPECT_LE(keys.size(), 30 * kSeconds + 2) << "at most 30 a second";
+  const auto path = CameraPath::create(keys);
+  ASSERT_TRUE(path);
+  for (double t = 0.1; t < kSeconds - 0.1; t += 0.07)
+    EXPECT_LT(apart_m(path->at(CameraPath::Seconds(t)), way(t)), 0.03 * apart_m(way(t - 0.5), way(t + 0.5))) << t;
+}
+
+// However often it is looked at, a flight of few turns is few keys.
+TEST(CameraRecorder, KeepsWhatTheSplineCannotRebuild) {
+  for (const double rate : {30.0, 60.0, 240.0}) {
+    CameraRecorder steady;
+    CameraRecorder winding;
+    const auto bends = [](double t) {
+      return cameraAt(50.0 + 0.01 * std::sin(t), 0.01 * t, 500.0, 20.0 * std::cos(t), -20);
+    };
+    std::vector<CameraPath::Key> seen;
+    for (int i = 0; i <= 60 * rate; ++i) {
+      const double t = i / rate;
+      steady.add(cameraAt(0.0, 0.5 * t, 1e5, 90.0, -30.0), t);
+      winding.add(bends(t), t);
+    }
+    EXPECT_LE(steady.keys().size(), 4u) << rate;
+    const auto keys = winding.keys();
+    EXPECT_LE(keys.size(), 60u * 8u) << "ten turns of six seconds, " << rate;
+    const auto path = CameraPath::create(keys);
+    ASSERT_TRUE(path);
+    for (double t = 0.0; t <= 60.0; t += 1.0 / 30.0) {
+      const Camera again = path->at(CameraPath::Seconds(t));
+      EXPECT_LT(apart_m(again, bends(t)), 0.01 + 0.3 * apart_m(bends(t), bends(t + 1.0 / 30.0))) << t;
+      EXPECT_NEAR(again.heading.degrees(), bends(t).heading.degrees(), 0.25) << t << " at " << rate;
+    }
+  }
+}
+
 TEST(KeyFrames, AndKeysAreTheSameThing) {
   std::vector<KeyFrame> frames{{cameraAt(0, 0, 1e6)}, {cameraAt(1, 0, 1e5), 2.0}, {cameraAt(2, 0, 1e4), -1.0}};
   const auto keys = keysOf(frames);
@@ -72,6 +114,10 @@ TEST(KeyFrames, AndKeysAreTheSameThing) {
   ASSERT_EQ(again.size(), 3u);
   EXPECT_EQ(again[1].leg_s, 2.0);
   EXPECT_NEAR(again[2].leg_s, kLeastLeg_s, 1e-12);
+  frames[1].leg_s = 100000.0;
+  EXPECT_EQ(keysOf(frames)[1].seconds, 100000.0) << "a long leg is not cut";
+  frames[1].leg_s = std::nan("");
+  EXPECT_TRUE(CameraPath::create(keysOf(frames)));
   EXPECT_TRUE(keysOf({}).empty());
 }
 

@@ -10,27 +10,36 @@ namespace {
 
 constexpr double kDecay_s = 0.3;
 constexpr double kMeasured_s = 0.1;
-constexpr double kRested_s = 0.06;     ///< since the last move, which a hand that throws does not let pass
+constexpr double kRested_s = 0.1;  ///< since the last move, which a hand that throws does not let pass
+constexpr double kThinned_s = 0.01;
 constexpr double kShortest_s = 0.005;  ///< over less no speed is told
 
 }  // namespace
 
 void HandSpeed::add(PixelPosition cursor, double time_s) {
-  moments_[count_++ % moments_.size()] = {cursor, time_s};
+  // Thinned, so that the ring is long enough for a mouse that tells of itself a thousand times a second.
+  const bool isClose = count_ >= 2 && time_s - moments_[(count_ - 2) % moments_.size()].time_s < kThinned_s;
+  if (!isClose) ++count_;
+  moments_[(count_ - 1) % moments_.size()] = {cursor, time_s};
 }
 
 geo::Vec2 HandSpeed::at(double time_s) const {
   if (count_ < 2) return geo::Vec2(0.0);
   const Moment& last = moments_[(count_ - 1) % moments_.size()];
   if (time_s - last.time_s > kRested_s) return geo::Vec2(0.0);
-  const Moment* first = &last;
+  Moment first = last;
   for (std::size_t back = 2; back <= std::min(count_, moments_.size()); ++back) {
-    first = &moments_[(count_ - back) % moments_.size()];
-    if (last.time_s - first->time_s >= kMeasured_s) break;
+    const Moment& moment = moments_[(count_ - back) % moments_.size()];
+    if (last.time_s - moment.time_s > kMeasured_s) {
+      // A hand that stood, and then threw: it set out from there at some moment of the last tenth of a second.
+      if (last.time_s - first.time_s < kShortest_s) first = {moment.cursor, last.time_s - kMeasured_s};
+      break;
+    }
+    first = moment;
   }
-  const double since_s = last.time_s - first->time_s;
+  const double since_s = last.time_s - first.time_s;
   if (since_s < kShortest_s) return geo::Vec2(0.0);
-  return geo::Vec2(last.cursor.x - first->cursor.x, last.cursor.y - first->cursor.y) / since_s;
+  return geo::Vec2(last.cursor.x - first.cursor.x, last.cursor.y - first.cursor.y) / since_s;
 }
 
 double coastedSeconds(double seconds) {

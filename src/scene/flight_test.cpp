@@ -201,5 +201,21 @@ TEST(HandSpeed, IsThatOfTheLastMomentsAndNothingAfterAPause) {
   EXPECT_EQ(hand.at(1.0), geo::Vec2(0.0));
 }
 
+TEST(HandSpeed, AFlickAfterAPauseHasItsSpeed) {
+  for (const double spacing_s : {0.001, 0.004, 0.016, 0.03}) {
+    HandSpeed hand;
+    hand.add({0.0, 0.0}, 0.0);
+    double last_s = 1.0;
+    for (double t = 0.0; t < 0.08; t += spacing_s)
+      hand.add({1000.0 * t, 0.0}, last_s = 1.0 + t);
+    EXPECT_NEAR(hand.at(last_s + 0.05).x, 1000.0, 1.0) << spacing_s;
+    EXPECT_EQ(hand.at(last_s + 0.11), geo::Vec2(0.0)) << spacing_s;
+  }
+  HandSpeed once;  // seen as a single move
+  once.add({0.0, 0.0}, 0.0);
+  once.add({50.0, 0.0}, 1.0);
+  EXPECT_GT(once.at(1.0).x, 100.0);
+}
+
 }  // namespace
 }  // namespace tellurion::scene

@@ -138,7 +138,7 @@ inline constexpr raster::Rgba8 kPlainGround{150, 145, 138, 255};
 struct Frame {
   View view;
   Light light;
-  Air air;                                                   ///< drawn where light is enabled too
+  Air air;  ///< drawn where light is enabled too
   Sky sky;
   geo::Ellipsoid ellipsoid{6378137.0, 1.0 / 298.257223563};  ///< of the body, around which the air is
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};         ///< sRGB, 0..1
@@ -150,7 +150,11 @@ struct Frame {
   /// Nothing finer is wanted: all layers take part, all has come, none waits for its copy, all has faded in, and the
   /// budget of tiles was enough.
   bool complete = false;
-  bool morphing = false;          ///< with time the picture changes on its own: what has come is still fading in
+  bool morphing = false;  ///< with time the picture changes on its own: what has come is still fading in
+  /// A later update of the same view draws something else, though nothing more has come: this one fades in, waits for
+  /// copies, or has a cut that was chosen for an eye that moves on. Who draws only when something has changed draws
+  /// once more; in the end this is false.
+  bool unsettled = false;
   double exaggeration = 1.0;      ///< heights above the ellipsoid are drawn this many times as high, >= 0
   double vertexGrid_m = 0x1p-15;  ///< a power of two, the same for all meshes of a body (terrain_mesh.h)
   FrameStatistics statistics;

@@ -20,6 +20,8 @@ namespace {
 constexpr std::size_t kMostPlaces = 1'000'000;
 constexpr std::uintmax_t kMostBytes = 256U << 20U;
 constexpr std::size_t kLongestName = 200;
+constexpr std::size_t kMostColumns = 1000;
+constexpr std::size_t kLongestRecord = 256U << 10U;
 
 std::string lowered(std::string_view text) {
   std::string out(raster::trimmed(text));
@@ -28,13 +30,14 @@ std::string lowered(std::string_view text) {
   return out;
 }
 
-/// The next record (RFC 4180); takes it off the text.
-std::vector<std::string> takeRecord(std::string_view& text, int& lines) {
+/// The next record (RFC 4180); takes it off the text. Nothing: it is longer, or has more columns, than any of places.
+std::optional<std::vector<std::string>> takeRecord(std::string_view& text, int& lines) {
   std::vector<std::string> fields(1);
   bool quoted = false;
   std::size_t i = 0;
   for (; i < text.size(); ++i) {
     const char c = text[i];
+    if (i == kLongestRecord || fields.size() > kMostColumns) return std::nullopt;
     if (c == '\n') ++lines;
     if (quoted && c == '"' && i + 1 < text.size() && text[i + 1] == '"') {
       fields.back() += c;
@@ -98,7 +101,10 @@ io::Result<void> Gazetteer::add(std::string_view csv, const std::string& body, c
   const auto wrong = [&file](int at, std::string message) {
     return io::fail(io::Failure::Code::invalidArgument, std::move(message), fmt::format("{}:{}", file, at));
   };
-  const Columns columns(takeRecord(csv, line));
+  const std::string tooLong = "a line of more than 1000 columns or 256 KiB is none of places; is a quote open?";
+  const auto header = takeRecord(csv, line);
+  if (!header) return wrong(1, tooLong);
+  const Columns columns(*header);
   const auto name = columns.of({"name", "feature_name", "clean_name", "nameascii"});
   const auto lat = columns.of({"lat", "latitude", "center_latitude", "y"});
   const auto lon = columns.of({"lon", "lng", "long", "longitude", "center_longitude", "x"});
@@ -110,7 +116,9 @@ io::Result<void> Gazetteer::add(std::string_view csv, const std::string& body, c
     return wrong(1, "the first line must name the columns, with name, lat and lon among them (docs/viewer.md)");
   while (!csv.empty()) {
     const int at = line;
-    const auto record = takeRecord(csv, line);
+    const auto taken = takeRecord(csv, line);
+    if (!taken) return wrong(at, tooLong);
+    const auto& record = *taken;
     if (record.size() == 1 && raster::trimmed(record[0]).empty()) continue;
     if (target && lowered(fieldOf(record, target)) != lowered(body)) continue;
     Place place{.name = std::string(fieldOf(record, name)), .kind = std::string(fieldOf(record, kind))};

@@ -142,5 +142,14 @@ TEST(Arrival, SeesThePlaceInTheMiddleAsLargeAsItIs) {
   }
 }
 
+TEST(Gazetteer, RefusesEndlessRecords) {
+  for (const std::string& row : {std::string(5'000'000, ','), "\"" + std::string(5'000'000, 'a')}) {
+    const auto added = Gazetteer().add("name,lat,lon\n" + row, "earth", "p.csv");
+    ASSERT_FALSE(added);
+    EXPECT_NE(io::describe(added.error()).find("p.csv:2"), std::string::npos) << io::describe(added.error());
+    EXPECT_FALSE(Gazetteer().add(row, "earth", "p.csv"));
+  }
+}
+
 }  // namespace
 }  // namespace tellurion::scene

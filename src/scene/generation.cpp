@@ -55,7 +55,7 @@ bool Generation::canKeep(const View& view, const CutOptions& options, double exa
   if (!now_ || !made_ || lastCut_->heldBack > 0 || isRenewed()) return false;
   // What rests is drawn as if nothing had ever moved.
   const bool rests = before_ && isWithin(view, before_->view, {});
-  if (rests && (made_->leeway.move_m > 0.0 || made_->leeway.turn > 0.0)) return false;
+  if (rests && hasLeeway()) return false;
   CutOptions madeNow = made_->options;
   madeNow.time_s = options.time_s;
   if (madeNow != options || *options.time_s < *memoryTimes_s_[1]) return false;

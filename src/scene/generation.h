@@ -36,6 +36,9 @@ class Generation {
                        std::span<const LayerLook> looks, const Residency* gpu, bool mayKeep, bool hasCome);
   /// How many updates ago the last cut was made, 0 in the one that made it.
   int age() const { return age_; }
+  /// The last cut was made for views around that of the last update as well; for the same view, the first update with a
+  /// later time makes another.
+  bool hasLeeway() const { return made_ && (made_->leeway.move_m > 0.0 || made_->leeway.turn > 0.0); }
   /// Something has come since the last cut that it may have waited for: one of the next updates takes it up.
   bool isBehind() const { return lastCut_ != nullptr && ((hasArrivals_ && !isSettled()) || isRenewed()); }
   /// After the cut and looking ahead: drops tiles until contents take no more than that, but none that these need.

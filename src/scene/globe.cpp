@@ -271,6 +271,7 @@ void Globe::State::refreshFrame(const View& view, const Selection& selection) {
   frame.complete = s.layersComing == 0 && !next && s.tilesWanted == 0 && selection.heldBack == 0 &&
                    !selection.cappedByBudget && !selection.morphing;
   frame.morphing = selection.morphing;
+  frame.unsettled = selection.morphing || s.tilesHeldBack > 0 || shown->hasLeeway();
   frame.soonCopies_bytes = spareCopies_bytes;
 }
 

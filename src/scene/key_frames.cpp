@@ -8,7 +8,7 @@ std::vector<CameraPath::Key> keysOf(std::span<const KeyFrame> frames) {
   std::vector<CameraPath::Key> keys;
   double seconds = 0.0;
   for (const KeyFrame& frame : frames) {
-    if (!keys.empty()) seconds += std::clamp(frame.leg_s, kLeastLeg_s, kMostLeg_s);
+    if (!keys.empty()) seconds += std::max(kLeastLeg_s, frame.leg_s);
     keys.push_back({.seconds = seconds, .camera = frame.camera});
   }
   return keys;

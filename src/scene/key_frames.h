@@ -16,9 +16,8 @@ struct KeyFrame {
 
 /// The shortest leg: two keys of a path never lie at the same time.
 inline constexpr double kLeastLeg_s = 0.01;
-inline constexpr double kMostLeg_s = 3600.0;
 
-/// Begins at 0 s. Legs outside of the bounds count as the bound.
+/// Begins at 0 s. Legs shorter than kLeastLeg_s, or that are no number, count as that; long ones are what they are.
 std::vector<CameraPath::Key> keysOf(std::span<const KeyFrame> frames);
 std::vector<KeyFrame> keyFramesOf(std::span<const CameraPath::Key> keys);
 

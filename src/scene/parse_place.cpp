@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kLongest = 200;
 constexpr double kFarthest_m = 1e13;
 constexpr double kFoot_m = 0.3048;
+constexpr const char* kExample = "27.988, 86.925 or 27\u00b059'17\"N 86\u00b055'30\"E";
 
 struct Wrong {
   std::string message;
@@ -40,6 +41,7 @@ struct Part {
   Axis axis = Axis::unknown;
   bool isSouthOrWest = false;
   bool hasHemisphere = false;
+  bool hasLetterS = false;       ///< after its seconds
   std::optional<double> metres;  ///< of a unit of length: of a height
 };
 
@@ -91,7 +93,7 @@ bool beginsWith(std::string_view text, std::string_view word) {
 
 class Reading {
  public:
-  explicit Reading(std::string_view text) : rest_(text) {}
+  Reading(std::string_view text, bool hasDecimalCommas) : rest_(text), hasDecimalCommas_(hasDecimalCommas) {}
 
   std::vector<Part> parts() {
     while (!rest_.empty())
@@ -105,9 +107,15 @@ class Reading {
     const char c = rest_.front();
     if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
       rest_.remove_prefix(1);
-    } else if (rest_.starts_with("\u00a0")) {
+      afterBlank_ = true;
+      return;
+    }
+    if (rest_.starts_with("\u00a0")) {
       rest_.remove_prefix(2);
-    } else if (c == ',' || c == ';' || c == '/') {
+      afterBlank_ = true;
+      return;
+    }
+    if (c == ',' || c == ';' || c == '/') {
       rest_.remove_prefix(1);
       close();
     } else if (c == ':' || c == '=') {
@@ -118,6 +126,7 @@ class Reading {
     } else {
       word();
     }
+    afterBlank_ = false;
   }
 
   /// 27:59:17, or lat: 27.
@@ -133,10 +142,13 @@ class Reading {
     number.isSigned = longMinus || rest_.front() == '-' || rest_.front() == '+';
     number.isNegative = longMinus || rest_.front() == '-';
     if (number.isSigned) rest_.remove_prefix(longMinus ? 3 : 1);
-    const std::size_t end = std::min(rest_.find_first_not_of("0123456789."), rest_.size());
-    const std::string_view digits = rest_.substr(0, end);
+    const char* const written = hasDecimalCommas_ ? "0123456789," : "0123456789.";
+    std::size_t end = std::min(rest_.find_first_not_of(written), rest_.size());
+    if (hasDecimalCommas_ && rest_.substr(0, end).ends_with(',')) --end;
+    std::string digits(rest_.substr(0, end));
+    if (hasDecimalCommas_) std::ranges::replace(digits, ',', '.');
     const auto value = raster::parseNumber<double>(digits);
-    if (!value || !((digits.front() >= '0' && digits.front() <= '9') || digits.front() == '.'))
+    if (!value || digits.empty() || !((digits.front() >= '0' && digits.front() <= '9') || digits.front() == '.'))
       throw Wrong{fmt::format("'{}' is not a number", rest_.substr(0, std::max<std::size_t>(end, 1)))};
     rest_.remove_prefix(end);
     number.value = *value;
@@ -177,15 +189,12 @@ class Reading {
       case Word::Means::mark:
         return hasNumber() && mark(static_cast<int>(word.value));
       case Word::Means::hemisphere:
-        // 12d34m56s
-        if (text == "s" && hasNumber() && now_.numbers.size() == 3 && now_.numbers[1].mark == 1 && usesLetters_ &&
-            now_.numbers[2].mark == kUnmarked)
-          return mark(2);
+        if (text == "s" && isOfSeconds()) return now_.hasLetterS = true, mark(2);
         hemisphere(static_cast<int>(word.value));
         return true;
       case Word::Means::axis:
         begin();
-        now_.axis = word.value == 0 ? Axis::latitude : Axis::longitude;
+        setAxis(word.value == 0 ? Axis::latitude : Axis::longitude);
         return true;
       case Word::Means::height:
         begin();
@@ -194,13 +203,29 @@ class Reading {
       case Word::Means::unit:
         if (!hasNumber()) return false;
         // 12d34m
-        if (text == "m" && now_.numbers.size() == 2 && now_.numbers[0].mark == 0) return usesLetters_ = true, mark(1);
+        if (text == "m" && now_.numbers.size() == 2 && now_.numbers[0].mark == 0) {
+          minutes_ = MinutesLetter{.isUpper = rest_.front() == 'M', .isApart = afterBlank_};
+          return mark(1);
+        }
         if (now_.numbers.size() > 1) splitHeight();
         now_.metres = word.value;
         isClosed_ = true;
         return true;
     }
     return false;
+  }
+
+  /// 12d34m56s, and not 33d51m10 S nor 33d51m10S, where S does not look like the m.
+  bool isOfSeconds() const {
+    return hasNumber() && now_.numbers.size() == 3 && now_.numbers[1].mark == 1 && minutes_ &&
+           now_.numbers[2].mark == kUnmarked && (!afterBlank_ || minutes_->isApart) &&
+           (rest_.front() == 's' || minutes_->isUpper);
+  }
+
+  void setAxis(Axis axis) {
+    if (now_.axis != Axis::unknown && now_.axis != axis)
+      throw Wrong{"one coordinate is said to be a latitude and a longitude"};
+    now_.axis = axis;
   }
 
   /// "27.9 86.9 8848 m": the last of a row of numbers.
@@ -230,7 +255,7 @@ class Reading {
     if (now_.hasHemisphere) throw Wrong{"two hemispheres for one coordinate"};
     now_.hasHemisphere = true;
     now_.isSouthOrWest = which == 1 || which == 3;
-    now_.axis = which < 2 ? Axis::latitude : Axis::longitude;
+    setAxis(which < 2 ? Axis::latitude : Axis::longitude);
     if (!*prefixed_) isClosed_ = true;
   }
 
@@ -248,12 +273,20 @@ class Reading {
     isClosed_ = false;
   }
 
+  /// How the m of minutes was written.
+  struct MinutesLetter {
+    bool isUpper = false;
+    bool isApart = false;  ///< a blank stands before it
+  };
+
   std::string_view rest_;
+  bool hasDecimalCommas_;
+  bool afterBlank_ = false;
   std::vector<Part> parts_;
   Part now_;
   bool isClosed_ = false;  ///< the part is whole; what comes next is another's
   std::optional<bool> prefixed_;
-  bool usesLetters_ = false;
+  std::optional<MinutesLetter> minutes_;
 };
 
 Part partOf(const Part& whole, std::size_t from, std::size_t count) {
@@ -265,26 +298,21 @@ Part partOf(const Part& whole, std::size_t from, std::size_t count) {
 
 /// A row of numbers with nothing between: two, four or six are two coordinates, three are two and a height.
 std::vector<Part> parted(std::vector<Part> parts) {
-  std::vector<Number> row;
-  for (const Part& part : parts) {
-    const bool isPlain = !part.hasHemisphere && part.axis == Axis::unknown && !part.metres &&
-                         std::ranges::all_of(part.numbers, [](const Number& n) { return n.mark == kUnmarked; });
-    if (!isPlain && !part.metres) return parts;
-    if (part.metres) continue;
-    row.insert(row.end(), part.numbers.begin(), part.numbers.end());
-  }
-  Part all;
-  all.numbers = row;
+  if (parts.empty() || parts.size() > 2 || (parts.size() == 2 && !parts[1].metres)) return parts;
+  const Part row = parts.front();
+  const bool isPlain = !row.hasHemisphere && row.axis == Axis::unknown && !row.metres &&
+                       std::ranges::all_of(row.numbers, [](const Number& n) { return n.mark == kUnmarked; });
+  const std::size_t count = row.numbers.size();
+  if (!isPlain) return parts;
   std::vector<Part> out;
-  if (row.size() == 2 || row.size() == 4 || row.size() == 6) {
-    out = {partOf(all, 0, row.size() / 2), partOf(all, row.size() / 2, row.size() / 2)};
-  } else if (row.size() == 3 && parts.size() == 1) {
-    out = {partOf(all, 0, 1), partOf(all, 1, 1), partOf(all, 2, 1)};
+  if (count == 2 || count == 4 || count == 6) {
+    out = {partOf(row, 0, count / 2), partOf(row, count / 2, count / 2)};
+  } else if (count == 3 && parts.size() == 1) {
+    out = {partOf(row, 0, 1), partOf(row, 1, 1), partOf(row, 2, 1)};
   } else {
     return parts;
   }
-  for (const Part& part : parts)
-    if (part.metres) out.push_back(part);
+  if (parts.size() == 2) out.push_back(parts.back());
   return out;
 }
 
@@ -323,6 +351,9 @@ WrittenPlace placeFrom(std::vector<Part> parts) {
   if (parts[0].metres || parts[1].metres) throw Wrong{"latitude and longitude come before the height"};
   if (parts[0].axis != Axis::unknown && parts[0].axis == parts[1].axis)
     throw Wrong{parts[0].axis == Axis::latitude ? "two latitudes and no longitude" : "two longitudes and no latitude"};
+  for (std::size_t i = 0; i < 2; ++i)
+    if (parts[i].hasLetterS && !parts[i].hasHemisphere && parts[1 - i].hasHemisphere)
+      throw Wrong{"the S after the seconds may mean south: write 'S' apart, or the seconds with \""};
   const bool swapped = parts[0].axis == Axis::longitude || parts[1].axis == Axis::latitude;
   const double lat = degreesOf(parts[swapped ? 1 : 0]);
   const double lon = degreesOf(parts[swapped ? 0 : 1]);
@@ -347,22 +378,52 @@ std::optional<io::Result<WrittenPlace>> asCamera(std::string_view text) {
   return WrittenPlace{.camera = *camera, .hasHeight = true, .hasAttitude = commas > 2};
 }
 
+bool isDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// Whether commas may be those of decimals, as 48,25; 2,35: some stand between two digits, there is no decimal point,
+/// and nowhere does a list go on without blanks (48,25,2,35).
+bool mayHaveDecimalCommas(std::string_view text) {
+  if (text.find('.') != text.npos) return false;
+  bool any = false, inList = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool isOfList = isDigit(c) || c == '+' || c == '-' || c == ',';
+    if (!isOfList) inList = false;
+    if (c != ',' || i == 0 || i + 1 == text.size() || !isDigit(text[i - 1])) continue;
+    const char after = text[i + 1];
+    if (!isDigit(after) && after != '+' && after != '-') continue;
+    if (inList || !isDigit(after)) return false;
+    any = inList = true;
+  }
+  return any;
+}
+
+io::Result<WrittenPlace> readPlace(std::string_view text, bool hasDecimalCommas) {
+  if (auto camera = hasDecimalCommas ? std::nullopt : asCamera(text)) return *camera;
+  try {
+    return placeFrom(Reading(text, hasDecimalCommas).parts());
+  } catch (const Wrong& e) {
+    return io::fail(io::Failure::Code::invalidArgument, e.message + "; a place reads like " + kExample);
+  }
+}
+
 }  // namespace
 
 io::Result<WrittenPlace> parsePlace(std::string_view text) {
   const auto wrong = [](std::string message) {
-    return io::fail(io::Failure::Code::invalidArgument,
-                    std::move(message) + "; a place reads like 27.988, 86.925 or 27\u00b059'17\"N 86\u00b055'30\"E");
+    return io::fail(io::Failure::Code::invalidArgument, std::move(message) + "; a place reads like " + kExample);
   };
   text = raster::trimmed(text);
   if (text.size() > kLongest) return wrong("the text is too long for a place");
   if (text.find('\0') != text.npos) return wrong("the text has a zero byte");
-  if (auto camera = asCamera(text)) return *camera;
-  try {
-    return placeFrom(Reading(text).parts());
-  } catch (const Wrong& e) {
-    return wrong(e.message);
-  }
+  auto place = readPlace(text, false);
+  if (!mayHaveDecimalCommas(text)) return place;
+  auto decimal = readPlace(text, true);
+  if (place && decimal)
+    return wrong("a comma may part two numbers here or begin decimals: write decimals with a point");
+  return decimal ? decimal : place;
 }
 
 }  // namespace tellurion::scene

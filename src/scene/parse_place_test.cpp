@@ -108,6 +108,53 @@ TEST(ParsePlace, ReadsHeights) {
   }
 }
 
+TEST(ParsePlace, TellsSecondsFromSouth) {
+  for (const char* text :
+       {"33d51m10 S 151d12m40 E", "33d51m10 s, 151d12m40 e", "33d51m10S 151d12m40E", "33d51m10s S 151d12m40s E",
+        "33D51M10 S 151D12M40 E", "33 d 51 m 10 s S 151 d 12 m 40 s E"}) {
+    const auto place = parsePlace(text);
+    ASSERT_TRUE(place) << text << ": " << io::describe(place.error());
+    EXPECT_NEAR(lat(*place), -(33 + 51 / 60.0 + 10 / 3600.0), 1e-9) << text;
+    EXPECT_NEAR(lon(*place), 151 + 12 / 60.0 + 40 / 3600.0, 1e-9) << text;
+  }
+  for (const char* text : {"33d51m10s 151d12m40s", "33D51M10S 151D12M40S", "33d 51m 10s 151d 12m 40s"}) {
+    const auto place = parsePlace(text);
+    ASSERT_TRUE(place) << text << ": " << io::describe(place.error());
+    EXPECT_GT(lat(*place), 0) << text;
+  }
+  for (const char* text : {"33d51m10s, 151d12m40s E", "33D51M10S 151D12M40E"})
+    EXPECT_FALSE(parsePlace(text)) << text;
+}
+
+// Commas are decimals where they cannot be separators; where they can be both, nobody guesses.
+TEST(ParsePlace, ReadsDecimalCommasWhereTheyAreCertain) {
+  std::mt19937 random(47);
+  for (int i = 0; i < 500; ++i) {
+    const int a = std::uniform_int_distribution(0, 8999)(random), o = std::uniform_int_distribution(0, 17999)(random);
+    const auto comma = [](int hundredths) { return fmt::format("{},{:02}", hundredths / 100, hundredths % 100); };
+    for (const std::string& text :
+         {comma(a) + "; " + comma(o), comma(a) + ";" + comma(o), comma(a) + " / " + comma(o), comma(a) + " " + comma(o),
+          comma(a) + "N " + comma(o) + "E", comma(a) + "\u00b0 N, " + comma(o) + "\u00b0 E",
+          "E " + comma(o) + ", N " + comma(a), "lat " + comma(a) + " lon " + comma(o)}) {
+      const auto place = parsePlace(text);
+      ASSERT_TRUE(place) << text << ": " << io::describe(place.error());
+      EXPECT_NEAR(lat(*place), a / 100.0, 1e-9) << text;
+      EXPECT_NEAR(lon(*place), o / 100.0, 1e-9) << text;
+      EXPECT_FALSE(place->hasHeight) << text;
+    }
+  }
+  EXPECT_NEAR(parsePlace("48,25; 2,35; 100,5 m")->camera.position.height_m, 100.5, 1e-9);
+  EXPECT_NEAR(lat(*parsePlace("48\u00b051,5'N 2\u00b021,1'E")), 48 + 51.5 / 60.0, 1e-9);
+  for (const char* text : {"48,85, 2,35", "10, 20,5", "27,59 17"}) {
+    const auto place = parsePlace(text);
+    ASSERT_FALSE(place) << text;
+    EXPECT_NE(place.error().message.find("comma"), std::string::npos) << place.error().message;
+  }
+  EXPECT_TRUE(parsePlace("10,20,-300,40")->hasAttitude) << "a camera as it is printed";
+  EXPECT_NEAR(lon(*parsePlace("48,25")), 25.0, 1e-9);
+  EXPECT_FALSE(parsePlace("48,25; 2.35, 7, 8"));
+}
+
 TEST(ParsePlace, ReadsCameras) {
   const auto place = parsePlace(" 27.5,86.75,12000,30,-25,1 ");
   ASSERT_TRUE(place);
@@ -130,6 +177,10 @@ TEST(ParsePlace, SaysWhatItDoesNotUnderstand) {
                                    Case{"0, 361", "longitude 361"},
                                    Case{"10 N 20 S", "two latitudes"},
                                    Case{"10 E 20 W", "two longitudes"},
+                                   Case{"lon 10 N, lat 20 E", "latitude and a longitude"},
+                                   Case{"lat 10 E, 20 N", "latitude and a longitude"},
+                                   Case{"N lon 10, E 20", "latitude and a longitude"},
+                                   Case{"27;59;17;86;55;30", "more than"},
                                    Case{"-10 S 20 E", "sign and a hemisphere"},
                                    Case{"10 60 0 N 20 E", "60"},
                                    Case{"10 20 61 N 20 E", "61"},

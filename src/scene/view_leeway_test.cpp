@@ -214,6 +214,55 @@ TEST(KeptCut, mostFramesOfASteadyFlightChooseNothing) {
   EXPECT_LE(resting.made, 6);
 }
 
+/// And how far they are off in the view that the cut was chosen for.
+std::map<tiling::TileId, double> tilesOf(const Frame& frame) {
+  std::map<tiling::TileId, double> tiles;
+  for (const DrawnTile& tile : frame.tiles)
+    tiles[tile.id] = tile.error_px;
+  return tiles;
+}
+
+// Who draws as long as a frame says that it is not settled, and no longer, ends with the picture of that view alone.
+TEST(KeptCut, anEyeThatComesToRestEndsWithACutOfItsOwn) {
+  const auto hills = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 8);
+  CutOptions options{.tolerance_px = 4.0, .time_s = 0.0};
+  int leftOvers = 0;  // pictures of the motion that were not yet that
+  for (int frames = 20; frames < 24; ++frames) {
+    const auto globe = globeOf({.elevation = {hills}});
+    const auto viewAt = [&](int frame) {
+      return viewFrom(46.0 + frame * 150.0 / 111e3, 8.0, 40e3, 20.0 + 0.05 * frame, -60.0, kViewport);
+    };
+    const Frame* drawn = nullptr;
+    const auto draw = [&](const View& view, double seconds) {
+      *options.time_s += seconds;
+      drawn = &globe->update(view, options);
+      while (drawn->statistics.tilesWanted > 0 && globe->waitForArrivals(std::chrono::seconds(10)))
+        drawn = &globe->update(view, options);
+    };
+    for (int i = 0; i < 20; ++i)
+      draw(viewAt(0), 1.0);
+    for (int frame = 0; frame < frames; ++frame)
+      draw(viewAt(frame), 1.0 / 60.0);
+    const View end = drawn->view;
+    const auto moving = tilesOf(*drawn);
+    int more = 0;
+    for (; drawn->unsettled && more < 1000; ++more)
+      draw(end, 1.0 / 60.0);
+    EXPECT_LT(more, 200) << "it comes to rest";
+    const auto last = tilesOf(*drawn);
+    const auto fresh = globeOf({.elevation = {hills}});
+    CutOptions alone = options;
+    for (bool isDone = false; !isDone; *alone.time_s += 1.0) {
+      drawn = &fresh->update(end, alone);
+      isDone = drawn->complete && !drawn->unsettled;
+      fresh->waitForArrivals(std::chrono::milliseconds(100));
+    }
+    EXPECT_EQ(last, tilesOf(*drawn)) << frames;
+    leftOvers += moving != last ? 1 : 0;
+  }
+  EXPECT_GT(leftOvers, 0) << "or this tests nothing";
+}
+
 TEST(KeptCut, whatIsAskedForCountsAtOnce) {
   const auto hills = std::make_shared<ProceduralSource>(raster::Kind::elevation, Scheme::cube, 8);
   const auto globe = globeOf({.elevation = {hills}});
