@@ -101,7 +101,7 @@ class Faults(unittest.TestCase):
         """Rows of figures of a flight: (seconds, camera)."""
         path, rows = self.work / f"{name}.path.csv", self.work / f"{name}.csv"
         path.write_text("".join(f"{seconds},{camera}\n" for seconds, camera in poses))
-        process = self.of_cache(name).start("bench", self.scene, "--path", path, "--size", SIZE, "--stats", rows)
+        process = self.of_cache(name).start("bench", self.scene, "--path", path, "--fps", 10, "--size", SIZE, "--stats", rows)
 
         def end():
             _, errors = process.communicate(timeout=300)

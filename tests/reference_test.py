@@ -48,8 +48,10 @@ def databases(program, source, work, body, tiling):
         paths[role] = work / f"{body}_{tiling}_{role}.tdb"
         if not paths[role].exists():
             kind = "elevation" if role == "elevation" else "imagery"
+            # The Earth is seen from nearby on the cube only; on the others nothing finer than 4 km can show.
+            depth = [] if body == "mars" or tiling == "cube" else ["--max-level", 4]
             subprocess.run([program, "build", paths[role], *(source / "data" / r for r in rasters), "--kind", kind, "--tiling", tiling,
-                            "--body", body], check=True, stderr=subprocess.DEVNULL)
+                            "--body", body, *map(str, depth)], check=True, stderr=subprocess.DEVNULL)
     return paths
 
 

@@ -107,7 +107,7 @@ class TimeServer(online_world.ServerTest):
                 path.write_text("seconds,lat,lon,height_m,heading,pitch,roll\n" + "".join(f"{t},{CAMERA}\n" for t in (0, seconds)))
                 self.server.requests.clear()
                 self.run_it = online_world.Program(self.program, self.work / f"cache {start} {seconds}")
-                self.run_it.run("bench", scene, "--path", path, "--size", SIZE)
+                self.run_it.run("bench", scene, "--path", path, "--fps", 10, "--size", SIZE)
                 asked = self.asked()
                 if set(asked) == set(months):
                     break
