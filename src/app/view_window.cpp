@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <thread>
 #include <utility>
 
 #include "render/context.h"
@@ -41,6 +42,10 @@ struct ViewWindow::State {
   GLFWwindow* window = nullptr;
   bool panels = false;
   Heard heard;
+  /// Software drivers, remote displays and settings of a driver do not wait for the screen: more pictures than it can
+  /// show would only take the processor from the tiles that load.
+  std::chrono::steady_clock::duration leastBetweenPictures{};
+  std::chrono::steady_clock::time_point shown;
 
   ~State() {
     if (panels) {
@@ -274,6 +279,19 @@ bool startPanels(GLFWwindow* window) {
   return ImGui_ImplGlfw_InitForOpenGL(window, false) && ImGui_ImplOpenGL3_Init("#version 450 core");
 }
 
+/// Of the fastest screen; a little less than its time, for a driver that does wait decides better.
+std::chrono::steady_clock::duration leastTimeBetweenPictures() {
+  constexpr int kUsualRate_hz = 60;
+  int rate_hz = 0;
+  int count = 0;
+  GLFWmonitor** const monitors = glfwGetMonitors(&count);
+  for (int i = 0; i < count; ++i) {
+    if (const GLFWvidmode* const mode = glfwGetVideoMode(monitors[i])) rate_hz = std::max(rate_hz, mode->refreshRate);
+  }
+  const double seconds = 0.95 / std::clamp(rate_hz > 0 ? rate_hz : kUsualRate_hz, 24, 1000);
+  return std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 }  // namespace
 
 ViewWindow::ViewWindow(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -292,6 +310,7 @@ io::Result<ViewWindow> ViewWindow::open(const std::string& title, scene::Viewpor
   state->panels = startPanels(state->window);
   if (!state->panels) return noWindow("the window's panels cannot be drawn");
   listen(state->window, state->heard);
+  state->leastBetweenPictures = leastTimeBetweenPictures();
   return ViewWindow(std::move(state));
 }
 
@@ -370,6 +389,8 @@ void ViewWindow::endPanels() {
 
 void ViewWindow::show() {
   glfwSwapBuffers(state_->window);
+  std::this_thread::sleep_until(state_->shown + state_->leastBetweenPictures);
+  state_->shown = std::chrono::steady_clock::now();
 }
 
 void ViewWindow::copyToClipboard(const std::string& text) {

@@ -52,7 +52,7 @@ class ViewWindow {
   /// the window's framebuffer.
   void beginPanels();
   void endPanels();
-  /// Shows what was drawn; waits for the screen where the driver does.
+  /// Shows what was drawn; waits for the screen, by its rate where the driver does not.
   void show();
 
   void copyToClipboard(const std::string& text);
