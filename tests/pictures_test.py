@@ -376,6 +376,8 @@ class Pictures:
         out = self.work / "never.png"
         nowhere = self.work / "absent" / "x"
         nothing = self.work / "absent" / "x.png"
+        folder = self.work / "a_folder.png"
+        folder.mkdir()
         (self.work / "broken.toml").write_text('body = "mars"\n[[elevation]]\nsource = "absent.tdb"\n')
         (self.work / "broken.csv").write_text("seconds,lat\n0,0\n")
         (self.work / "empty.csv").write_text("")
@@ -387,11 +389,14 @@ class Pictures:
             (("render", self.path, "--camera", "0,0,1e6", "-o", out), "path.csv"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", nothing), f" {nothing}: "),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--depth", nowhere), "absent"),
+            # Known before the scene is opened, which is not there either.
+            (("render", self.work / "none.toml", "--camera", "0,0,1e6", "-o", folder), "is a folder; give the name of a file in it"),
+            (("bench", self.work / "none.toml", "--path", self.path, "--plot", nowhere.with_suffix(".svg")), "mkdir -p"),
             (("render", self.database, "--camera", "0,0,1e6", "-o", out, "--stats", nowhere), "absent"),
             ((*fly, "--path", self.work / "broken.csv", "-o", self.work / "never"), "broken.csv"),
             ((*fly, "--path", self.work / "empty.csv", "-o", self.work / "never"), "empty.csv"),
             ((*fly, "--path", self.path, "-o", self.path), "is a file"),
-            ((*fly, "--path", self.path, "-o", nowhere / "f.mp4"), "there is no folder"),
+            ((*fly, "--path", self.path, "-o", nowhere / "f.mp4"), "its folder does not exist"),
             (("bench", self.database, "--path", self.path, "--size", "32x24", "--stats", nowhere), "absent"),
         ]
         for words, named in failures:

@@ -14,6 +14,7 @@
 #include "app/standard_output.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
+#include "io/output_file.h"
 #include "raster/image_file.h"
 #include "scene/camera_path.h"
 
@@ -169,8 +170,8 @@ void print(const nlohmann::ordered_json& summary, bool json) {
 }
 
 /// A wrong name would be found out when the path has been played.
-void checkOutputs(const Arguments& a) {
-  if (!a.plot.empty() && endingOf(a.plot) != ".svg" && !isDevice(a.plot))
+void checkNames(const Arguments& a) {
+  if (!a.plot.empty() && endingOf(a.plot) != ".svg" && !io::isDevice(a.plot))
     wrongUse("bench", fmt::format("--plot '{}': the plots are an SVG; give it a name that ends in .svg", a.plot));
   keepApart("bench", "--stats", a.stats, "--plot", a.plot);
   keepApart("bench", "--stats", a.stats, "--path", a.path);
@@ -184,7 +185,7 @@ io::Result<void> writeFigures(const Arguments& arguments, const std::vector<Fram
     std::string text = csvHeader();
     for (const FrameFigures& frame : frames)
       text += csvLine(frame);
-    if (const auto written = writeTextFile(arguments.stats, text); !written) return written;
+    if (const auto written = io::writeWhole(arguments.stats, text); !written) return written;
   }
   if (arguments.plot.empty()) return {};
   const PictureArguments& picture = arguments.picture;
@@ -197,7 +198,7 @@ io::Result<void> writeFigures(const Arguments& arguments, const std::vector<Fram
   const std::string subtitle =
       fmt::format("{}, {}, {}, {} mesh; {} frames, {:.1f} ms in the median", picture.size, detail, quality,
                   picture.mesh, frames.size(), percentile(sorted(frames, frameMilliseconds), 50.0));
-  return writeTextFile(arguments.plot, benchPlot(title, subtitle, frames));
+  return io::writeWhole(arguments.plot, benchPlot(title, subtitle, frames));
 }
 
 /// Of frames with the same trouble, the worst stands for all.
@@ -212,7 +213,8 @@ void warnOfShortage(const PictureArguments& picture, const std::vector<FrameFigu
 }
 
 io::Result<void> bench(const Arguments& arguments) {
-  checkOutputs(arguments);
+  checkNames(arguments);
+  if (const auto can = checkOutputs({arguments.stats, arguments.plot}); !can) return can;
   const auto path = scene::readCameraPath(arguments.path);
   if (!path) return tl::unexpected(path.error());
   const InterruptStop interrupt;

@@ -94,13 +94,7 @@ io::Result<void> prepareFolder(const std::filesystem::path& folder, int frames) 
 }
 
 io::Result<void> prepareVideo(const std::filesystem::path& file, scene::Viewport size) {
-  std::error_code error;
-  if (std::filesystem::is_directory(file, error))
-    return io::fail(io::Failure::Code::invalidArgument, "is a folder; name a file that ends in .mp4", file.string());
-  const std::filesystem::path folder = file.parent_path();
-  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-    return io::fail(io::Failure::Code::notFound, fmt::format("there is no folder {}; make it first", folder.string()),
-                    file.string());
+  if (auto can = checkOutputs({file}); !can) return can;
   if (size.width % 2 != 0 || size.height % 2 != 0) {
     fmt::print(stderr,
                "tellurion fly: warning: the sides of an MP4 are even: {}x{} gets a black border at the right or the "

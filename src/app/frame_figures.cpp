@@ -2,10 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace tellurion::app {
@@ -39,20 +36,6 @@ Json fieldsOf(const FrameFigures& f) {
           {"failed_requests", f.scene.failedRequests},
           {"layers_coming", f.scene.layersComing},
           {"layer_changes", f.layerChanges}};
-}
-
-io::Result<void> cannotWrite(const std::filesystem::path& path, const std::string& reason) {
-  return io::fail(io::Failure::Code::ioError, "cannot be written: " + reason, path.string());
-}
-
-/// `named` is what the user called the file.
-io::Result<void> writeText(const std::filesystem::path& path, const std::string& text,
-                           const std::filesystem::path& named) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) return cannotWrite(named, std::strerror(errno));
-  return {};
 }
 
 }  // namespace
@@ -101,21 +84,6 @@ std::string csvLine(const FrameFigures& figures) {
   for (const int tiles : figures.scene.tilesALevel)
     line += fmt::format(",{}", tiles);
   return line + "\n";
-}
-
-io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  const bool isDevice = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
-                        !std::filesystem::is_directory(status);
-  if (isDevice) return writeText(path, text, path);
-  const std::filesystem::path part = path.string() + ".part";
-  auto written = writeText(part, text, path);
-  if (written) std::filesystem::rename(part, path, error);
-  if (written && !error) return {};
-  if (written) written = cannotWrite(path, error.message());
-  std::filesystem::remove(part, error);
-  return written;
 }
 
 }  // namespace tellurion::app

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 
 #include "io/failure.h"
@@ -30,8 +29,5 @@ scene::FrameCost costOf(const FrameFigures& figures, double time_s);
 std::string jsonOf(const FrameFigures& figures);
 std::string csvHeader();
 std::string csvLine(const FrameFigures& figures);
-
-/// Through a temporary file beside it: whole or not at all. A device or a pipe is written to, never replaced.
-io::Result<void> writeTextFile(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace tellurion::app

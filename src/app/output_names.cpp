@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include "io/output_file.h"
+
 namespace tellurion::app {
 
 namespace fs = std::filesystem;
@@ -14,14 +16,8 @@ std::string endingOf(const fs::path& path) {
   return ending;
 }
 
-bool isDevice(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
-
 bool isSameFile(const fs::path& a, const fs::path& b) {
-  if (a.empty() || b.empty() || isDevice(a) || isDevice(b)) return false;
+  if (a.empty() || b.empty() || io::isDevice(a) || io::isDevice(b)) return false;
   std::error_code error;
   if (fs::equivalent(a, b, error) && !error) return true;
   const auto whole = [](const fs::path& path) {
@@ -31,6 +27,14 @@ bool isSameFile(const fs::path& a, const fs::path& b) {
     return failed ? absolute.lexically_normal() : canonical;
   };
   return whole(a) == whole(b);
+}
+
+io::Result<void> checkOutputs(std::initializer_list<fs::path> paths) {
+  for (const fs::path& path : paths) {
+    if (path.empty()) continue;
+    if (auto can = io::checkOutput(path); !can) return can;
+  }
+  return {};
 }
 
 }  // namespace tellurion::app

@@ -1,7 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
+
+#include "io/failure.h"
 
 namespace tellurion::app {
 
@@ -12,7 +15,7 @@ std::string endingOf(const std::filesystem::path& path);
 /// pipe (/dev/null) is never the same: all may write to it.
 bool isSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// A device or a pipe, which may have any name.
-bool isDevice(const std::filesystem::path& path);
+/// io::checkOutput of each that is given (not empty), before the work that they take the results of.
+io::Result<void> checkOutputs(std::initializer_list<std::filesystem::path> paths);
 
 }  // namespace tellurion::app

@@ -12,6 +12,7 @@
 #include "app/projection_options.h"
 #include "app/studio.h"
 #include "app/subcommands.h"
+#include "io/output_file.h"
 #include "raster/image_file.h"
 #include "raster/png_rows.h"
 
@@ -30,8 +31,8 @@ struct Arguments {
 };
 
 /// A wrong name would be found out after minutes, or not at all.
-void checkOutputs(const Arguments& a) {
-  if (endingOf(a.output) != ".png" && !isDevice(a.output)) {
+void checkNames(const Arguments& a) {
+  if (endingOf(a.output) != ".png" && !io::isDevice(a.output)) {
     wrongUse("render", fmt::format("-o '{}': the picture is a PNG; give it a name that ends in .png (and convert it "
                                    "afterwards where another format is needed)",
                                    a.output));
@@ -111,10 +112,12 @@ struct Told {
 };
 
 io::Result<std::vector<std::string>> render(const CLI::App& command, Arguments& arguments) {
-  checkOutputs(arguments);
+  checkNames(arguments);
   const auto request = requestOf(command, arguments.projection, arguments.picture);
   if (!request) return tl::unexpected(request.error());
   checkTogether(arguments, *request);
+  if (const auto can = checkOutputs({arguments.output, arguments.depth, arguments.stats}); !can)
+    return tl::unexpected(can.error());
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
@@ -165,7 +168,7 @@ io::Result<std::vector<std::string>> render(const CLI::App& command, Arguments& 
     const std::chrono::duration<double, std::milli> drawing = std::chrono::steady_clock::now() - start;
     told->figures.frame_ms = drawing.count();
     told->figures.quality = arguments.picture.quality;
-    if (const auto written = writeTextFile(arguments.stats, jsonOf(told->figures)); !written)
+    if (const auto written = io::writeWhole(arguments.stats, jsonOf(told->figures)); !written)
       return tl::unexpected(written.error());
   }
   if (const auto written = file.finish(); !written) return tl::unexpected(written.error());

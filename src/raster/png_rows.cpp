@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "io/output_file.h"
+
 namespace tellurion::raster {
 namespace {
 
@@ -16,12 +18,6 @@ namespace fs = std::filesystem;
 using Code = io::Failure::Code;
 
 constexpr int kMostSide = 1'000'000;
-
-bool takesBytesOnly(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
 
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -101,7 +97,7 @@ io::Result<PngRows> PngRows::create(const fs::path& path, int width, int height)
   parts->width = width;
   parts->height = height;
   parts->row.resize(static_cast<std::size_t>(width) * 3);
-  if (!takesBytesOnly(path)) parts->part = path.string() + ".part";
+  if (!io::isDevice(path)) parts->part = path.string() + ".part";
   parts->file.reset(std::fopen((parts->part.empty() ? path : parts->part).c_str(), "wb"));
   if (!parts->file) return parts->failed();
   parts->png = png_create_write_struct(PNG_LIBPNG_VER_STRING, parts.get(), Parts::keepMessage, Parts::ignoreWarning);
