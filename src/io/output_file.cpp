@@ -1,7 +1,5 @@
 #include "io/output_file.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -41,8 +39,14 @@ Result<void> checkOutput(const fs::path& path) {
     return fail(Code::notFound, "its folder does not exist; make it first: mkdir -p '" + folder.string() + "'",
                 path.string());
   }
-  if (::access(folder.c_str(), W_OK | X_OK) != 0)
-    return fail(Code::ioError, std::string("its folder cannot be written to: ") + std::strerror(errno), path.string());
+  fs::path part = path;
+  part += ".part";
+  const bool wasThere = fs::exists(part, error);
+  errno = 0;
+  const bool opens = std::ofstream(part, std::ios::binary | std::ios::app).is_open();
+  const std::string why = std::strerror(errno);
+  if (opens && !wasThere) fs::remove(part, error);
+  if (!opens) return fail(Code::ioError, "cannot be written: " + why, path.string());
   return {};
 }
 
