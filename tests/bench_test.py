@@ -129,8 +129,30 @@ class Bench(unittest.TestCase):
         self.assertEqual(qualities[0], 1)
         self.assertEqual(min(qualities), slow["quality_min"])
         self.assertEqual(qualities, sorted(qualities, reverse=True))  # even the floor is too slow
+        # Coarser ground first, then fewer pixels too, to a half of each side.
+        self.assertEqual([row["resolution"] for row in csv.DictReader(frames.read_text().splitlines()) if float(row["quality"]) >= 0.5][-1], "1.0")
+        self.assertEqual([row["resolution"] for row in csv.DictReader(frames.read_text().splitlines()) if float(row["quality"]) <= 0.25][-1], "0.5")
         fast = json.loads(self.bench("--quality", "auto", "--frame-ms", 10000, "--json"))
         self.assertEqual(fast["quality_min"], 1)
+
+    def test_resolution(self):
+        """More pixels or fewer for a pixel of the window: the ground is the same."""
+        tiles = []
+        still = self.work / "still.csv"
+        for resolution in ("0.5", "1", "2"):
+            for seconds in (2, 20):  # the second for a machine that has not got all in the first
+                still.write_text("".join(f"{second},-10,-72,100000,20,-30,0\n" for second in (0, seconds)))
+                frames = self.work / "resolution.csv"
+                done = self.run_program("bench", self.database, "--path", still, "--size", "320x240", "--fps", 20, "--resolution", resolution,
+                                        "--stats", frames)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                rows = list(csv.DictReader(frames.read_text().splitlines()))
+                if rows[-1]["complete"] == "true":
+                    break
+            self.assertEqual({float(row["resolution"]) for row in rows}, {float(resolution)})
+            self.assertLessEqual(float(rows[-1]["max_screen_error_px"]), 1.0)
+            tiles.append((rows[-1]["tiles_drawn"], rows[-1]["triangles"], rows[-1]["max_screen_error_px"]))
+        self.assertEqual(len(set(tiles)), 1, tiles)
 
     def test_frames_keep_the_beat(self):
         frames = self.work / "beat.csv"
@@ -172,6 +194,8 @@ class Bench(unittest.TestCase):
                             ((*view, "--quality", "auto"), "bench and view"),
                             ((*view, "--frame-ms", 20), "--frame-ms is for bench and view, whose quality it holds; here each picture is waited for"),
                             ((*view, "--uploads", 1), "--uploads is for bench and view"),
+                            ((*view, "--resolution", 1), "--resolution is for bench and view"),
+                            ((*play, "--resolution", 0.4), "--resolution"),
                             ((*play, "--quality", "best"), "'auto' or a number"),
                             ((*play, "--frame-ms", 20), "--quality auto"),
                             ((*play, "--plot", self.work / "x.png"), ".svg"),

@@ -74,8 +74,7 @@ class Pictures {
 
 /// Plays the path in real time: each frame shows where the camera is at the moment when the frame begins. There is
 /// always a first frame, however early a stop is asked for.
-io::Result<std::vector<FrameFigures>> play(Studio& studio, const render::RenderTarget& target,
-                                           const scene::CameraPath& path, const Arguments& arguments,
+io::Result<std::vector<FrameFigures>> play(Studio& studio, const scene::CameraPath& path, const Arguments& arguments,
                                            const std::stop_token& stop) {
   const PictureArguments& picture = arguments.picture;
   using Clock = std::chrono::steady_clock;
@@ -85,24 +84,35 @@ io::Result<std::vector<FrameFigures>> play(Studio& studio, const render::RenderT
   double quality = picture.quality;
   Pictures pictures(arguments.pictures);
   double before_s = 0.0;
+  std::optional<render::RenderTarget> target;
   const auto start = Clock::now();
   const auto goesOn = [&](scene::CameraPath::Seconds now) {
     return frames.empty() || (pictures.written() && now <= path.duration() && !stop.stop_requested());
   };
   for (scene::CameraPath::Seconds now{}; goesOn(now); now = Clock::now() - start) {
-    const scene::View view = scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
-                                           picture.verticalFov(), picture.viewport());
+    const double resolution = scene::resolutionAt(quality / picture.quality, picture.resolution);
+    const scene::View view =
+        scene::atResolution(scene::viewOf(path.at(path.begin() + now), studio.globe->body().ellipsoid,
+                                          picture.verticalFov(), picture.viewport()),
+                            resolution);
+    if (!target || target->size().width != view.viewport.width || target->size().height != view.viewport.height) {
+      target.reset();
+      auto made = render::RenderTarget::create(view.viewport);
+      if (!made) return tl::unexpected(made.error());
+      target = std::move(*made);
+    }
     setClock(studio, now.count());
     scene::CutOptions cut = scene::atQuality(picture.cut(), quality);
     cut.time_s = now.count();
     const int changes = dragOpacity(*studio.globe, arguments.layerChanges, before_s, now.count());
     before_s = now.count();
     frames.push_back(
-        drawMeasured(studio.renderer, target, studio.globe->update(view, cut, &studio.renderer.residency())));
+        drawMeasured(studio.renderer, *target, studio.globe->update(view, cut, &studio.renderer.residency())));
     frames.back().time_s = now.count();
     frames.back().quality = quality;
+    frames.back().resolution = resolution;
     frames.back().layerChanges = changes;
-    pictures.take(target, now.count());
+    pictures.take(*target, now.count());
     const double done_s = std::chrono::duration<double>(Clock::now() - start).count();
     if (picture.automaticQuality) quality = control.next(costOf(frames.back(), done_s));
     if (arguments.fps > 0.0) {
@@ -220,9 +230,7 @@ io::Result<void> bench(const Arguments& arguments) {
   const InterruptStop interrupt;
   auto studio = openStudio(arguments.picture, interrupt.token());
   if (!studio) return tl::unexpected(studio.error());
-  const auto target = render::RenderTarget::create(arguments.picture.viewport());
-  if (!target) return tl::unexpected(target.error());
-  const auto played = play(*studio, *target, *path, arguments, interrupt.token());
+  const auto played = play(*studio, *path, arguments, interrupt.token());
   if (!played) return tl::unexpected(played.error());
   const std::vector<FrameFigures>& frames = *played;
   const bool wasStopped = interrupt.token().stop_requested();

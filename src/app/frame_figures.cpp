@@ -35,7 +35,8 @@ Json fieldsOf(const FrameFigures& f) {
           {"requests", f.scene.requests},
           {"failed_requests", f.scene.failedRequests},
           {"layers_coming", f.scene.layersComing},
-          {"layer_changes", f.layerChanges}};
+          {"layer_changes", f.layerChanges},
+          {"resolution", f.resolution}};
 }
 
 }  // namespace

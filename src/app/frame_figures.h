@@ -16,8 +16,9 @@ struct FrameFigures {
   scene::FrameStatistics scene;
   render::RenderStatistics render;
   bool complete = false;
-  double quality = 1.0;  ///< in force, told by who made the frame
-  int layerChanges = 0;  ///< of a layer's look since the frame before, likewise
+  double quality = 1.0;     ///< in force, told by who made the frame
+  double resolution = 1.0;  ///< of the picture, likewise
+  int layerChanges = 0;     ///< of a layer's look since the frame before, likewise
 };
 
 /// Updates are timed by the globe, drawing here; the GPU has finished when this returns.

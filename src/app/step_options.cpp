@@ -86,6 +86,8 @@ void checkStepOptions(const CLI::App& command, const StepArguments& arguments) {
       wrongUse("view", "--secret-file and --frames-log are for windows in step: give --lead or --follow too");
     return;
   }
+  if (command.count("--resolution") > 0)
+    wrongUse("view", "--resolution: a window that follows draws the pixels that it has; leave it out with --follow");
   constexpr std::array kLeaders{
       "--camera",  "--path",     "--places", "--fov",      "--tolerance",    "--vertices-per-pixel",
       "--quality", "--frame-ms", "--time",   "--no-morph", "--exaggeration", "--background"};

@@ -100,7 +100,8 @@ void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
   const bool mayBeAutomatic = pace == Pace::realTime;
   command
       .add_option_function<std::string>(
-          "--quality", take, what + (mayBeAutomatic ? ". auto lowers it while frames take longer than --frame-ms" : ""))
+          "--quality", take,
+          what + (mayBeAutomatic ? ". auto lowers it, and --resolution, while frames take longer than --frame-ms" : ""))
       ->check(CLI::Validator([pace](const std::string& text) { return qualityProblem(text, pace); },
                              mayBeAutomatic ? "auto, " + range : range))
       ->default_str(arguments.automaticQuality ? kAutomatic : "1");
@@ -108,12 +109,19 @@ void addQuality(CLI::App& command, PictureArguments& arguments, Pace pace) {
     refuse(command, "--frame-ms",
            "is for bench and view, whose quality it holds; here each picture is waited for: leave it out, or give "
            "--quality a number under 1 for a cheaper picture");
+    refuse(command, "--resolution", "is for bench and view, whose pictures go into a window; here --size says it");
     refuse(command, "--uploads",
            "is for bench and view; here each picture is waited for, and all that it needs is copied: leave it out");
     return;
   }
   command.add_option("--frame-ms", arguments.frame_ms, "Milliseconds that a frame may take with --quality auto")
       ->check(between(1.0, 10000.0))
+      ->capture_default_str();
+  command
+      .add_option("--resolution", arguments.resolution,
+                  "Pixels of the picture for one of the window, along a side: more for smoother edges, fewer where the "
+                  "processor draws. --quality auto lowers it too, to 0.5, where coarser ground is not enough")
+      ->check(between(scene::kLeastResolution, scene::kMostResolution))
       ->capture_default_str();
 }
 

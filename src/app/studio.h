@@ -24,6 +24,7 @@ struct PictureArguments {
   double quality = 1.0;           ///< divides what may be off in pixels (scene::atQuality)
   bool automaticQuality = false;  ///< it may be lowered to hold frame_ms
   double frame_ms = 33.0;         ///< what a frame may take then
+  double resolution = 1.0;        ///< pixels of the picture for one of the window, along a side (scene::atResolution)
   std::string mesh = "bisected";  ///< or "regular"
   std::string background;         ///< RRGGBB; empty: what the scene says
   double exaggeration = 1.0;
@@ -49,13 +50,13 @@ struct PictureArguments {
 
 enum class Pace {
   eachComplete,  ///< a picture waits for what it needs
-  realTime,      ///< `--quality auto` and --frame-ms have a meaning
+  realTime,      ///< `--quality auto`, --frame-ms and --resolution have a meaning
 };
 
 /// SCENE, --set, --size, --fov, --tolerance, --vertices-per-pixel, --quality, --mesh, --background, --exaggeration,
 /// --time,
-/// --no-morph, the budgets, --offline, --cache-mib, --gpu-memory and --compress-textures, in real time --frame-ms too,
-/// checked as they are read: what is wrong is wrong use.
+/// --no-morph, the budgets, --offline, --cache-mib, --gpu-memory and --compress-textures, in real time --frame-ms and
+/// --resolution too, checked as they are read: what is wrong is wrong use.
 void addPictureArguments(CLI::App& command, PictureArguments& arguments, Pace pace);
 
 /// --uploads, for what draws in real time; pictures that wait for their data copy what they need.

@@ -39,7 +39,10 @@ scene::View startView(const ViewArguments& arguments, const scene::Scene& scene)
 }
 
 ViewQuality qualityFrom(const PictureArguments& picture) {
-  return {.full = picture.quality, .isAutomatic = picture.automaticQuality, .frame_ms = picture.frame_ms};
+  return {.full = picture.quality,
+          .isAutomatic = picture.automaticQuality,
+          .frame_ms = picture.frame_ms,
+          .resolution = picture.resolution};
 }
 
 io::Result<scene::Gazetteer> placesOf(const ViewArguments& arguments, const std::string& body) {

@@ -237,12 +237,26 @@ void ViewLoop::adjustToWindow() {
   pictureStale_ = true;
 }
 
+scene::View ViewLoop::pictureView() const {
+  return scene::atResolution(controls_.view(),
+                             scene::resolutionAt(figures_.quality / quality_.full, quality_.resolution));
+}
+
+io::Result<void> ViewLoop::prepareTarget(const scene::Viewport& size) {
+  if (target_ && target_->size().width == size.width && target_->size().height == size.height) return {};
+  target_.reset();  // never two
+  auto target = render::RenderTarget::create(size);
+  if (!target) return tl::unexpected(target.error());
+  target_ = std::move(*target);
+  return {};
+}
+
 // The ground that is drawn may lie above the finest that is known, while data load or between the samples of a mesh;
 // the eye stays above both. Raised, it sees another frame, so this is done again.
 const scene::Frame& ViewLoop::frameAboveGround() {
   controls_.keepAboveGround(ground_);
   const scene::CutOptions cut = scene::atQuality(cut_, figures_.quality);
-  const scene::Frame* frame = &globe_.update(controls_.view(), cut, &renderer_.residency());
+  const scene::Frame* frame = &globe_.update(pictureView(), cut, &renderer_.residency());
   const scene::Ground seen{ground_.ellipsoid, [&](const geo::Direction& d) {
                              const auto known_m = globe_.groundHeight_m(d);
                              const auto drawn_m = scene::drawnHeight_m(*frame, tiling_, ground_.ellipsoid, d);
@@ -252,17 +266,12 @@ const scene::Frame& ViewLoop::frameAboveGround() {
     const geo::BodyPosition before = controls_.view().eye;
     controls_.keepAboveGround(seen);
     if (controls_.view().eye == before) break;
-    frame = &globe_.update(controls_.view(), cut, &renderer_.residency());
+    frame = &globe_.update(pictureView(), cut, &renderer_.residency());
   }
   return *frame;
 }
 
 io::Result<void> ViewLoop::drawPicture() {
-  if (!target_) {
-    auto target = render::RenderTarget::create(controls_.view().viewport);
-    if (!target) return tl::unexpected(target.error());
-    target_ = std::move(*target);
-  }
   const auto begin = Clock::now();
   // A clock that stands while nothing is drawn: what comes after a rest fades in like everything else.
   const double since_s = std::chrono::duration<double>(begin - lastBegun_).count();
@@ -274,6 +283,7 @@ io::Result<void> ViewLoop::drawPicture() {
   const double quality = isControlled ? control_.quality() : quality_.full;
   figures_.quality = quality;
   const scene::Frame& frame = frameAboveGround();
+  if (auto ready = prepareTarget(frame.view.viewport); !ready) return ready;
   if (leading_ != nullptr)
     leading_->publish(scene::ledPicture(globe_, controls_.view(), scene::atQuality(cut_, quality)));
   figures_ = drawMeasured(renderer_, *target_, frame);

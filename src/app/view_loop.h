@@ -19,6 +19,7 @@ struct ViewQuality {
   double full = 1.0;         ///< of a picture that stands
   bool isAutomatic = false;  ///< while the eye moves it may be lower, so that frames keep to frame_ms
   double frame_ms = 33.0;
+  double resolution = 1.0;  ///< scene::resolutionAt full quality
 };
 
 /// The viewer while its window is open: hands input to the controls, draws when something has changed, sleeps else.
@@ -50,8 +51,10 @@ class ViewLoop {
   void handleKey(ViewKey key);
   void adjustToWindow();
   io::Result<void> drawPicture();
+  io::Result<void> prepareTarget(const scene::Viewport& size);
   void releaseFrame();
   bool followersWantFrame() const { return leading_ != nullptr && leading_->wantsFrame(); }
+  scene::View pictureView() const;
   const scene::Frame& frameAboveGround();
   void drawPanels();
   void drawPanelsOnce();

@@ -55,6 +55,19 @@ CutOptions atQuality(CutOptions cut, double quality) {
   return cut;
 }
 
+double resolutionAt(double share, double full) {
+  return std::max(kLeastResolution, full * std::clamp(2.0 * share, 0.5, 1.0));
+}
+
+View atResolution(View view, double resolution) {
+  if (resolution == 1.0) return view;
+  view.agreedPixelAngle = view.pixelAngle();
+  view.offAxis = view.sides();  // whole numbers of pixels are of another shape: the picture is not
+  for (int* side : {&view.viewport.width, &view.viewport.height})
+    *side = std::max(1, static_cast<int>(std::lround(*side * resolution)));
+  return view;
+}
+
 QualityControl::QualityControl(const QualityGoal& goal) {
   setGoal(goal);
 }

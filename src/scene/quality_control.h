@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "scene/camera.h"
 #include "scene/select.h"
 
 namespace tellurion::scene {
@@ -10,6 +11,16 @@ namespace tellurion::scene {
 /// off by 1 / quality as much. Texels too where the quality is under 1; above it none finer than the cut's own are
 /// asked for.
 CutOptions atQuality(CutOptions cut, double quality);
+
+/// Pixels of the picture for one of the window, along a side, where automatic quality has fallen to the `share` (0 to
+/// 1) of its ceiling: as many as are asked for (`full`) down to half of it, for twice as large errors of the ground are
+/// seen less than pixels are; below that fewer, to a half as many. At least kLeastResolution.
+double resolutionAt(double share, double full);
+inline constexpr double kLeastResolution = 0.5;
+inline constexpr double kMostResolution = 2.0;
+
+/// The view in a picture of so many pixels for one. The ground is chosen as before: errors count in pixels of the view.
+View atResolution(View view, double resolution);
 
 /// What automatic quality has to do.
 struct QualityGoal {

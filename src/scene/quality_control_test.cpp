@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "geo/seed_test.h"
+#include "scene/picking.h"
 
 namespace tellurion::scene {
 namespace {
@@ -120,6 +121,44 @@ TEST(AtQuality, DividesWhatMayBeOffInPixels) {
   EXPECT_EQ(twice.tolerance_px, 1.0);
   EXPECT_EQ(twice.texelTolerance_px, 1.0);
   EXPECT_EQ(atQuality({}, 0.1).maxSpacing_px, CutOptions{}.maxSpacing_px);
+}
+
+TEST(Resolution, KeepsThePictureAndItsErrors) {
+  auto random = geo::seededGenerator();
+  const geo::Ellipsoid body = geo::Ellipsoid(6378137.0, 1.0 / 298.257);
+  for (int i = 0; i < 200; ++i) {
+    const Viewport size{.width = 50 + static_cast<int>(uniform(random, 0, 3000)),
+                        .height = 50 + static_cast<int>(uniform(random, 0, 2000))};
+    Camera camera;
+    camera.position = {.lat = geo::Angle::degrees(uniform(random, -89, 89)),
+                       .lon = geo::Angle::degrees(uniform(random, -179, 179)),
+                       .height_m = uniform(random, 100, 1e7)};
+    camera.pitch = geo::Angle::degrees(uniform(random, -90, 0));
+    const View view = viewOf(camera, body, geo::Angle::degrees(uniform(random, 10, 100)), size);
+    const double resolution = uniform(random, kLeastResolution, kMostResolution);
+    const View other = atResolution(view, resolution);
+    EXPECT_DOUBLE_EQ(other.pixelAngle(), view.pixelAngle());
+    EXPECT_NEAR(other.viewport.width, size.width * resolution, 0.5);
+    EXPECT_NEAR(other.viewport.height, size.height * resolution, 0.5);
+    const geo::BodyPosition point =
+        view.eye + geo::Vec3(uniform(random, -1, 1), uniform(random, -1, 1), -uniform(random, 1, 100)) *
+                       view.viewFromBody;  // v * M is transpose(M) * v
+    const auto before = pixelOf(view, point);
+    const auto after = pixelOf(other, point);
+    ASSERT_TRUE(before && after);
+    EXPECT_NEAR(after->x / other.viewport.width, before->x / size.width, 1e-9);
+    EXPECT_NEAR(after->y / other.viewport.height, before->y / size.height, 1e-9);
+  }
+}
+
+TEST(Resolution, FallsAfterTheTolerance) {
+  for (const double full : {0.5, 1.0, 1.3, 2.0}) {
+    EXPECT_EQ(resolutionAt(1.0, full), full);
+    EXPECT_EQ(resolutionAt(0.5, full), full);
+    EXPECT_EQ(resolutionAt(0.01, full), std::max(kLeastResolution, full / 2));
+    for (double share = 1.0; share > 0.1; share *= 0.9)
+      EXPECT_LE(resolutionAt(0.9 * share, full), resolutionAt(share, full));
+  }
 }
 
 TEST(QualityControl, staysAtTheCeilingWhereThereIsRoom) {
