@@ -68,7 +68,9 @@ void ViewControls::begin(EyeMotion motion) {
 bool ViewControls::handleButton(const ButtonChanged& event, const scene::Ground& ground, double now_s) {
   if (!event.down) {
     if (!drag_ || drag_->button != event.button) return false;
-    const bool moved = distanceBetween(event.at, drag_->from) > 0.0 && dragTo(event.at, ground);
+    const double far_px = distanceBetween(event.at, drag_->from);
+    const bool moved = far_px > 0.0 && dragTo(event.at, ground);
+    if (far_px >= kDoubleClick_px) lastPress_.reset();  // what was thrown was not clicked
     if (moved && inertia_) letGo(event, ground, now_s);
     drag_.reset();
     return moved;
