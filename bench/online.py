@@ -4,7 +4,7 @@
     bench/online.py PROGRAM WORK_DIR faults|line|flight|layers [SECONDS] [FPS] [--no-times]
 
 faults: frame times of a flight over a healthy server and over one that fails in every way that tests/fault_server.py knows, in turns. line: at 2 Mbit/s,
-seconds until 90% of the pixels are final, with requests in the program's order and in that of asking. flight: SECONDS (600) over a WMS with small
+seconds until 90% of the pixels are final, with requests in the program's order and in that of asking, and that nothing comes twice. flight: SECONDS (600) over a WMS with small
 budgets: memory, disk, frame times; FPS (30; 0: one frame after the other) is the beat of the screen. layers: frame times while an opacity changes sixty times a
 second, every other second of a flight. What is asked of each (docs/measurements.md) is said with the figure, and not reached it makes the exit status 1;
 --no-times: but for times, which a busy machine cannot promise. The servers leave the cores to the program, as those on other machines do.
@@ -188,6 +188,7 @@ def line(program, work, asked, most=180, bits=2e6):
                 state = proxy.state()
                 print(f"{name}, {order}: 90% final after {took[order]:.1f} s; {state['bytes'] / MEBI:.2f} MiB, {sum(state['counts'].values())} requests, "
                       f"{state['broken']} let go of, at most {max(state['counts'].values())} for one URL", flush=True)
+                asked.at_most(f"{name}, {order}: images asked for again after they had come", len(online_world.asked_for_again(state)), 0)
             ratio = took["most urgent first"] / max(took["first come"], 0.1)
             if since > 0:
                 asked.at_most(f"{name}: time in that of first come", ratio, 0.5, is_time=True)

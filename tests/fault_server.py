@@ -15,7 +15,9 @@ control port say what to do; all answer 200.
     /dead, /alive   nobody listens, and open connections end; and again
     /reset          forgets what was counted
     /state          JSON: counts (path: requests), statuses (status: answers), not_modified, open (requests being answered),
-                    most_open, broken (answers that the client broke off), connections, bytes (of bodies), order (paths as they came)
+                    most_open, broken (answers that the client broke off), connections, bytes (of bodies), order (paths as they came), answers
+                    (path, seconds on a steady clock when it was asked for and when answered, bytes of the body, whether it was good and came
+                    whole: what the client closed its connection after may not have)
 
 Faults: ok (for its header and latency), status (code=500, retry_after=TEXT), hang, slow (rate=BYTES a second), truncate,
 mislabel (type=MIME), other (path=/of/another/file), html, xml, redirect (to=URL), loop, endless, length (n=STATED), reset,
@@ -91,6 +93,7 @@ class World:
             self.counts = collections.Counter()
             self.statuses = collections.Counter()
             self.order = []
+            self.answers = []
             self.not_modified = self.most_open = self.broken = self.connections = self.bytes = 0
             self.open = 0
 
@@ -120,16 +123,17 @@ class World:
             self.open += 1
             self.most_open = max(self.most_open, self.open)
 
-    def end(self, broken):
+    def end(self, broken, answer):
         with self.lock:
             self.open -= 1
             self.broken += broken
+            self.answers.append(answer)
 
     def state(self):
         with self.lock:
             return {"counts": self.counts, "statuses": self.statuses, "not_modified": self.not_modified, "open": self.open,
                     "most_open": self.most_open, "broken": self.broken, "connections": self.connections, "bytes": self.bytes,
-                    "order": self.order}
+                    "order": self.order, "answers": self.answers}
 
     def content(self, path):
         """(status, type, body) of what is behind this server."""
@@ -157,6 +161,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def setup(self):
         super().setup()
+        self.last_answer = None
         with self.world.lock:
             self.world.connections += 1
             self.world.sockets.add(self.connection)
@@ -166,6 +171,8 @@ class Handler(http.server.BaseHTTPRequestHandler):
 
     def finish(self):
         with self.world.lock:
+            if self.last_answer:
+                self.last_answer[-1] = False
             self.world.sockets.discard(self.connection)
         try:
             super().finish()
@@ -178,7 +185,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
     def do_GET(self):
         rule = self.world.rule_for(self.path)
         self.world.begin(self.path)
-        broken = False
+        begun, self.sent, self.status, broken = time.monotonic(), 0, 0, False
         try:
             self.sleep(self.world.latency_s + float(rule.get("latency_ms", 0)) / 1000.0)
             self.answer(rule)
@@ -186,7 +193,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
             broken = True
             self.close_connection = True
         finally:
-            self.world.end(broken)
+            is_good = not broken and self.status == 200 and rule.get("fault", "ok") == "ok"
+            self.last_answer = [self.path, begun, time.monotonic(), self.sent, is_good]
+            self.world.end(broken, self.last_answer)
 
     def answer(self, rule):
         fault = rule.get("fault", "ok")
@@ -207,6 +216,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             raise Broken()
 
     def head(self, status, content_type, length, rule, extra=()):
+        self.status = status
         with self.world.lock:
             self.world.statuses[str(status)] += 1
         self.send_response(status)
@@ -228,6 +238,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.sleep(len(part) / rate)
             self.wfile.write(part)
             self.wfile.flush()
+            self.sent += len(part)
             with self.world.lock:
                 self.world.bytes += len(part)
 

@@ -264,6 +264,17 @@ class Faults(unittest.TestCase):
         self.assertGreater(state["broken"], 6, "more than were under way when the flight ended")
         self.assertEqual(max(state["counts"].values()), 1, "requests for one URL")
 
+    def test_what_has_come_is_never_asked_for_again(self):
+        """However often the eye turns away and back, what is let go of or not; and in the next run."""
+        self.proxy.tell("set", prefix="/xyz/", latency_ms=100)
+        self.bench("to and fro", [(0, CAMERA), (1, CAMERA), (1.01, AWAY), (2, AWAY), (2.01, CAMERA), (3, CAMERA), (3.01, AWAY), (4, AWAY), (4.01, CAMERA), (5, CAMERA)])()
+        self.render("to and fro", self.work / "to and fro.png")
+        state = self.proxy.state()
+        whole = {path for path, *_, is_whole in state["answers"] if is_whole}
+        print(f"{len(whole)} images came whole, {state['broken']} transfers were let go of")
+        self.assertGreater(len(whole), 20)
+        self.assertEqual(online_world.asked_for_again(state), [])
+
 
 if __name__ == "__main__":
     online_world.run_tests(Faults, online_world.missing())

@@ -179,6 +179,15 @@ def run_tests(test, absent, shared=False):
     unittest.main(argv=sys.argv[:1])
 
 
+def asked_for_again(state):
+    """Of what a fault server has counted: the paths that were asked for though they had come whole and good before."""
+    came = {}
+    for path, _, answered, _, is_whole in state["answers"]:
+        if is_whole:
+            came[path] = min(answered, came.get(path, answered))
+    return sorted({path for path, asked, *_ in state["answers"] if asked > came.get(path, asked)})
+
+
 class FaultServer:
     """tests/fault_server.py before another server, or over a folder."""
 

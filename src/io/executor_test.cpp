@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #ifdef __linux__
+#include <sched.h>
 #include <sys/resource.h>
 #endif
 
@@ -67,19 +68,24 @@ TEST(Executor, HasAtLeastOneThread) {
 #ifdef __linux__
 TEST(Executor, workersInTheBackgroundAndOnlyTheyStepBack) {
   const int before = getpriority(PRIO_PROCESS, 0);
-  const auto niceOfAWorker = [](Executor::Share share) {
+  int policy = -1;
+  const auto niceOfAWorker = [&policy](Executor::Share share) {
     Executor executor(1, share);
     int nice = 0;
     std::binary_semaphore done{0};
     executor.submit(0.0, [&] {
       nice = getpriority(PRIO_PROCESS, 0);
+      policy = sched_getscheduler(0);
       done.release();
     });
     done.acquire();
     return nice;
   };
+  const int policyBefore = sched_getscheduler(0);
   EXPECT_EQ(niceOfAWorker(Executor::Share::equal), before);
+  EXPECT_EQ(policy, policyBefore);
   EXPECT_EQ(niceOfAWorker(Executor::Share::background), std::min(before + 5, 19));
+  EXPECT_EQ(policy, SCHED_BATCH) << "who wakes it goes on itself";
   EXPECT_EQ(getpriority(PRIO_PROCESS, 0), before);
 }
 #endif

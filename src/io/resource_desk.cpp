@@ -57,7 +57,9 @@ CacheKey cacheKeyOf(const ResourceRequest& request) {
 }  // namespace
 
 ResourceDesk::ResourceDesk(const ResourceOptions& options)
-    : options_(options), fetcher_(std::make_unique<Fetcher>(options)), executor_(std::make_unique<Executor>(1)) {
+    : options_(options),
+      fetcher_(std::make_unique<Fetcher>(options)),
+      executor_(std::make_unique<Executor>(1, Executor::Share::background)) {
   if (!options.cacheFile.empty())
     cache_ = std::make_unique<ByteCache>(options.cacheFile, options.cacheBytes, options.warn);
 }
@@ -119,6 +121,12 @@ void ResourceDesk::leave(const std::shared_ptr<ResourceWaiter>& waiter) {
   jobs_.erase(job->key);
   job->lookUp.cancel();
   if (job->fetch) fetcher_->cancel(*job->fetch);
+}
+
+Executor::Task ResourceDesk::plan(double priority, std::function<void()> work) {
+  const std::scoped_lock lock(mutex_);
+  if (closed_) return {};
+  return executor_->submit(priority, std::move(work));
 }
 
 void ResourceDesk::forget(const ResourceRequest& request) {

@@ -36,6 +36,7 @@ class ResourceDesk {
   std::shared_ptr<ResourceWaiter> get(const ResourceRequest& request, double priority, Ready ready);
   /// After it no callback of the waiter begins, and none runs but on this thread.
   void leave(const std::shared_ptr<ResourceWaiter>& waiter);
+  Executor::Task plan(double priority, std::function<void()> work);
   void forget(const ResourceRequest& request);
   void setPriority(const std::shared_ptr<ResourceWaiter>& waiter, double priority);
 

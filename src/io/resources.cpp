@@ -47,6 +47,10 @@ Resources::Ticket Resources::get(const ResourceRequest& request, double priority
   return ticket;
 }
 
+Executor::Task Resources::plan(double priority, std::function<void()> work) {
+  return state_->desk->plan(priority, std::move(work));
+}
+
 void Resources::forget(const ResourceRequest& request) {
   state_->desk->forget(request);
 }

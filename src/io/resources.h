@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/executor.h"
 #include "io/failure.h"
 
 namespace tellurion::io {
@@ -98,6 +99,11 @@ class Resources {
   /// something older is kept: that is given. It must be quick.
   using Ready = std::function<void(Result<std::shared_ptr<const Resource>>)>;
   [[nodiscard]] Ticket get(const ResourceRequest& request, double priority, Ready ready);
+
+  /// What leads to requests and takes a tenth of a millisecond or more, on the thread that looks things up, in the
+  /// order of priorities among what waits there: for who must not spend that time. `work` must not wait for anything.
+  /// Dropped where the resources end before it begins.
+  Executor::Task plan(double priority, std::function<void()> work);
 
   /// What came for a request is of no use after all, as the caller found out later than `check` could: it is kept no
   /// longer, and who asks again has it from the server.

@@ -1,6 +1,7 @@
 #include "io/thread_share.h"
 
 #ifdef __linux__
+#include <sched.h>
 #include <sys/resource.h>
 #endif
 
@@ -12,6 +13,10 @@ void stepBack() {
   constexpr int kSteps = 5;
   const int now = getpriority(PRIO_PROCESS, 0);
   setpriority(PRIO_PROCESS, 0, now + kSteps);
+  // Who wakes such a thread goes on itself: else each task that is handed over may take the core from who hands it
+  // over.
+  const sched_param none{};
+  sched_setscheduler(0, SCHED_BATCH, &none);
 #endif
 }
 

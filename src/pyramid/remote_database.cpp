@@ -48,23 +48,33 @@ io::ResourceRequest contentsRequest(const std::string& url) {
           .revalidate = true};
 }
 
-class RemoteDatabase final : public raster::TileSource {
+class Contents final : public RemoteContents {
  public:
-  RemoteDatabase(std::string url, ObjectContents contents, std::shared_ptr<io::Resources> resources)
-      : url_(std::move(url)),
-        contents_(std::move(contents)),
-        info_(sourceInfoOf(url_, contents_.meta)),
-        resources_(std::move(resources)) {}
-
+  Contents(std::string address, ObjectContents objects)
+      : url(std::move(address)), stored(std::move(objects)), info_(sourceInfoOf(url, stored.meta)) {}
   const raster::TileSourceInfo& info() const override { return info_; }
 
+  const std::string url;
+  const ObjectContents stored;
+
+ private:
+  raster::TileSourceInfo info_;
+};
+
+class RemoteDatabase final : public raster::TileSource {
+ public:
+  RemoteDatabase(std::shared_ptr<const Contents> contents, std::shared_ptr<io::Resources> resources)
+      : contents_(std::move(contents)), url_(contents_->url), resources_(std::move(resources)) {}
+
+  const raster::TileSourceInfo& info() const override { return contents_->info(); }
+
   std::optional<raster::TilePresence> presence(const tiling::TileId& id) const override {
-    return contents_.index.find(id);
+    return contents_->stored.index.find(id);
   }
 
   std::unique_ptr<raster::Preparation> prepare(const tiling::TileId& id, double priority,
                                                std::function<void()> ready) const override {
-    if (!contents_.index.find(id).stored) return nullptr;
+    if (!contents_->stored.index.find(id).stored) return nullptr;
     auto held = std::make_unique<Held>();
     keep(id, held->arrival);
     held->ticket =
@@ -76,14 +86,14 @@ class RemoteDatabase final : public raster::TileSource {
   }
 
   io::Result<std::optional<raster::SourceTile>> load(const tiling::TileId& id) const override {
-    if (!contents_.index.find(id).stored) return std::optional<raster::SourceTile>{};
+    if (!contents_->stored.index.find(id).stored) return std::optional<raster::SourceTile>{};
     std::optional<Came> came = arrived(id);
     if (!came) came = resources_->wait(requestOf(id), kPatience_s);
     if (!*came) return tl::unexpected(withHint(came->error()));
     if (!**came) return tl::unexpected(absent(id));
-    const auto record = decodedObject((**came)->bytes, id, info_.kind);
+    const auto record = decodedObject((**came)->bytes, id, info().kind);
     if (!record) return io::fail(record.error().code, record.error().message, url_);
-    auto tile = decoded(*record, info_.kind, info_.tileCells);
+    auto tile = decoded(*record, info().kind, info().tileCells);
     if (!tile) return io::fail(tile.error().code, fmt::format("{}: {}", nameOf(id), tile.error().message), url_);
     return std::optional(std::move(*tile));
   }
@@ -115,10 +125,10 @@ class RemoteDatabase final : public raster::TileSource {
   };
 
   io::ResourceRequest requestOf(const tiling::TileId& id) const {
-    return {.url = objectUrl(url_, objectName(contents_.revision, id)),
+    return {.url = objectUrl(url_, objectName(contents_->stored.revision, id)),
             .dataset = url_,
             .maxBytes = kMostObject_bytes,
-            .check = [id, kind = info_.kind](const io::Resource& resource) -> io::Result<bool> {
+            .check = [id, kind = info().kind](const io::Resource& resource) -> io::Result<bool> {
               const auto record = decodedObject(resource.bytes, id, kind);
               if (!record) return tl::unexpected(record.error());
               return true;
@@ -156,9 +166,8 @@ class RemoteDatabase final : public raster::TileSource {
             .where = url_};
   }
 
-  std::string url_;
-  ObjectContents contents_;
-  raster::TileSourceInfo info_;
+  std::shared_ptr<const Contents> contents_;
+  const std::string& url_;  ///< of contents_
   std::shared_ptr<io::Resources> resources_;
   mutable std::mutex mutex_;
   mutable std::unordered_map<tiling::TileId, std::weak_ptr<Arrival>, tiling::TileIdHash> arrivals_;
@@ -176,10 +185,8 @@ bool isRemoteDatabase(std::string_view url) {
   return path.ends_with(".tdb");
 }
 
-io::Result<std::shared_ptr<const raster::TileSource>> openRemoteDatabase(
-    const std::string& url, const std::shared_ptr<io::Resources>& resources) {
-  const io::ResourceRequest request = contentsRequest(url);
-  const auto came = resources->wait(request, kOpeningPatience_s);
+io::Result<std::shared_ptr<const RemoteContents>> askRemoteContents(const std::string& url, io::Resources& resources) {
+  const auto came = resources.wait(contentsRequest(url), kOpeningPatience_s);
   if (!came) return tl::unexpected(came.error());
   if (!*came) {
     return io::fail(Code::notFound,
@@ -189,7 +196,19 @@ io::Result<std::shared_ptr<const raster::TileSource>> openRemoteDatabase(
   }
   auto contents = decodedContents((*came)->bytes, url);
   if (!contents) return tl::unexpected(std::move(contents.error()));
-  return std::make_shared<const RemoteDatabase>(url, std::move(*contents), resources);
+  return std::make_shared<const Contents>(url, std::move(*contents));
+}
+
+std::shared_ptr<const raster::TileSource> remoteDatabase(const std::shared_ptr<const RemoteContents>& contents,
+                                                         const std::shared_ptr<io::Resources>& resources) {
+  return std::make_shared<const RemoteDatabase>(std::static_pointer_cast<const Contents>(contents), resources);
+}
+
+io::Result<std::shared_ptr<const raster::TileSource>> openRemoteDatabase(
+    const std::string& url, const std::shared_ptr<io::Resources>& resources) {
+  auto contents = askRemoteContents(url, *resources);
+  if (!contents) return tl::unexpected(std::move(contents.error()));
+  return remoteDatabase(*contents, resources);
 }
 
 }  // namespace tellurion::pyramid

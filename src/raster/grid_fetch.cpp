@@ -20,6 +20,7 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
   std::function<void()> ready;
 
   std::mutex mutex;
+  io::Executor::Task plan;  ///< set before anybody else knows of the batch
   std::vector<io::Resources::Ticket> tickets;
   std::vector<std::shared_ptr<const Arrival>> held;
   std::vector<std::shared_ptr<const void>> decoded;  ///< likewise
@@ -27,6 +28,19 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
   std::size_t pending = 0;
   double priority = 0.0;
   bool closed = false;
+
+  /// What is asked for first.
+  void begin(const std::vector<GridImageId>& ids) {
+    std::vector<GridImageId> missing;
+    {
+      const std::scoped_lock lock(mutex);
+      if (closed) return;
+      missing = open(ids);
+      pending = missing.size();
+      if (missing.empty()) return ready();
+    }
+    ask(missing);
+  }
 
   /// Of some images and their stand-ins those that have to be asked for; what is at hand is held.
   std::vector<GridImageId> open(std::vector<GridImageId> ids) {
@@ -84,7 +98,10 @@ struct GridFetch::Batch : std::enable_shared_from_this<GridFetch::Batch> {
       done = --pending == 0;
     }
     ask(standIns);
-    if (done) ready();
+    if (!done) return;
+    // A ticket that is being handed over while its batch is closed is not waited for by who closes it.
+    const std::scoped_lock lock(mutex);
+    if (!closed) ready();
   }
 };
 
@@ -92,6 +109,7 @@ class GridFetch::Held final : public Preparation {
  public:
   explicit Held(std::shared_ptr<Batch> batch) : batch_(std::move(batch)) {}
   ~Held() override {
+    batch_->plan.cancel();
     std::vector<io::Resources::Ticket> tickets;
     {
       const std::scoped_lock lock(batch_->mutex);
@@ -105,6 +123,7 @@ class GridFetch::Held final : public Preparation {
   Held& operator=(const Held&) = delete;
 
   void setPriority(double priority) override {
+    batch_->plan.setPriority(priority);
     const std::scoped_lock lock(batch_->mutex);
     batch_->priority = priority;
     for (const io::Resources::Ticket& ticket : batch_->tickets)
@@ -115,6 +134,14 @@ class GridFetch::Held final : public Preparation {
   std::shared_ptr<Batch> batch_;
 };
 
+std::shared_ptr<GridFetch::Batch> GridFetch::batch(double priority, std::function<void()> ready) {
+  auto batch = std::make_shared<Batch>();
+  batch->fetch = shared_from_this();
+  batch->ready = std::move(ready);
+  batch->priority = priority;
+  return batch;
+}
+
 GridFetch::GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest request,
                      std::shared_ptr<io::Resources> resources, Decoded decoded)
     : geometry_(std::move(geometry)),
@@ -124,15 +151,22 @@ GridFetch::GridFetch(std::shared_ptr<const GridGeometry> geometry, MakeRequest r
 
 std::unique_ptr<Preparation> GridFetch::fetch(const std::vector<GridImageId>& ids, double priority,
                                               std::function<void()> ready) {
-  auto batch = std::make_shared<Batch>();
-  batch->fetch = shared_from_this();
-  batch->ready = std::move(ready);
-  batch->priority = priority;
+  auto batch = this->batch(priority, std::move(ready));
   const std::vector<GridImageId> missing = batch->open(ids);
   if (missing.empty()) return nullptr;
   batch->pending = missing.size();
   auto held = std::make_unique<Held>(batch);
   batch->ask(missing);
+  return held;
+}
+
+std::unique_ptr<Preparation> GridFetch::fetchPlanned(Plan plan, double priority, std::function<void()> ready) {
+  auto batch = this->batch(priority, std::move(ready));
+  auto held = std::make_unique<Held>(batch);
+  batch->plan = resources_->plan(priority, [weak = batch->weak_from_this(), plan = std::move(plan)] {
+    const auto ids = plan();
+    if (const auto planned = weak.lock()) planned->begin(ids);
+  });
   return held;
 }
 

@@ -21,6 +21,7 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
   /// An image that is at hand already, decoded: it, or null for "there is none"; nothing: it is not. What is held stays
   /// at hand.
   using Decoded = std::function<std::optional<std::shared_ptr<const void>>(const GridImageId&)>;
+  using Plan = std::function<std::vector<GridImageId>()>;
   using MakeRequest = std::function<io::ResourceRequest(const GridImageId&)>;
 
   /// A load that nobody prepared waits so long for a server in trouble.
@@ -33,7 +34,10 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
   /// when all have come. The result holds what has come, for arrived(), and what was at hand decoded. Null: all is at
   /// hand, decoded or in other preparations (which hold it no longer than they live).
   std::unique_ptr<Preparation> fetch(const std::vector<GridImageId>& ids, double priority, std::function<void()> ready);
-  /// The same, waited for; the result holds it. Null: nothing to hold. Fails when the server is in trouble for too
+  /// Likewise of the images that `plan` tells on a thread of io::Resources, for who has no time to find them out. Never
+  /// null; `ready` is called in any case, and all that is at hand is held.
+  std::unique_ptr<Preparation> fetchPlanned(Plan plan, double priority, std::function<void()> ready);
+  /// As fetch(), waited for; the result holds it. Null: nothing to hold. Fails when the server is in trouble for too
   /// long.
   io::Result<std::unique_ptr<Preparation>> fetchAndWait(const std::vector<GridImageId>& ids);
 
@@ -47,6 +51,7 @@ class GridFetch : public std::enable_shared_from_this<GridFetch> {
  private:
   struct Batch;
   class Held;
+  std::shared_ptr<Batch> batch(double priority, std::function<void()> ready);
   void keep(const GridImageId& id, const std::shared_ptr<const Arrival>& arrival);
   io::Failure lateness() const;
 

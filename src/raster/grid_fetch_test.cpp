@@ -138,9 +138,43 @@ TEST(GridFetch, APreparedTileIsReadyOnceAndLoads) {
     EXPECT_TRUE(source->load(id));
     EXPECT_EQ(requests, before) << "load asked for something that was not prepared";
     EXPECT_EQ(ready, preparation ? 1 : 0);
-    EXPECT_EQ(source->prepare(id, 1.0, [] { ADD_FAILURE() << "nothing to wait for"; }), nullptr);
+    std::atomic<int> readyAgain = 0;
+    const auto again = source->prepare(id, 1.0, [&] { ++readyAgain; });
+    EXPECT_EQ(again != nullptr, preparation != nullptr);
+    ASSERT_TRUE(comes(readyAgain, again ? 1 : 0));
+    EXPECT_EQ(requests, before) << "asked for again, though it is at hand";
   }
   EXPECT_GT(prepared, 3);
+}
+
+/// A frame asks for a hundred tiles at a time: neither which images these need nor their requests are its thread's
+/// work.
+TEST(GridFetch, WhoPreparesDoesNoneOfTheWork) {
+  const ScratchFolder folder;
+  auto service = lonLatService(4);
+  service.kind = Kind::imagery;
+  writeImages(service, folder);
+  std::atomic<int> onCallers = 0;
+  std::atomic<int> requests = 0;
+  service.request = [inner = service.request, &onCallers, &requests,
+                     caller = std::this_thread::get_id()](const GridImageId& id) {
+    ++requests;
+    onCallers += std::this_thread::get_id() == caller ? 1 : 0;
+    return inner(id);
+  };
+  const tiling::Tiling tiling(tiling::Scheme::cube);
+  const auto source = sourceOrDie(service, tiling.scheme());
+  auto random = geo::seededGenerator();
+  std::atomic<int> ready = 0;
+  std::vector<std::unique_ptr<Preparation>> preparations;
+  for (int i = 0; i < 100; ++i) {
+    auto preparation = source->prepare(randomTile(random, tiling, 2), i, [&] { ++ready; });
+    if (preparation) preparations.push_back(std::move(preparation));
+  }
+  EXPECT_GT(preparations.size(), 20u);
+  EXPECT_TRUE(comes(ready, static_cast<int>(preparations.size())));
+  EXPECT_GT(requests, 0);
+  EXPECT_EQ(onCallers, 0);
 }
 
 /// Whatever is loaded meanwhile, and drives decoded images out of the memory.

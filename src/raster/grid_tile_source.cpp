@@ -155,7 +155,9 @@ class GridTileSource final : public TileSource {
   std::unique_ptr<Preparation> prepare(const tiling::TileId& id, double priority,
                                        std::function<void()> ready) const override {
     if (!presence(id)->stored) return nullptr;
-    return fetch_->fetch(imagesFor(*geometry_, tiling_, id, info_.kind, info_.tileCells), priority, std::move(ready));
+    return fetch_->fetchPlanned([geometry = geometry_, tiling = tiling_, id, kind = info_.kind,
+                                 cells = info_.tileCells] { return imagesFor(*geometry, tiling, id, kind, cells); },
+                                priority, std::move(ready));
   }
 
   io::Result<std::optional<SourceTile>> load(const tiling::TileId& id) const override {

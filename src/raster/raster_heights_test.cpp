@@ -439,19 +439,19 @@ TEST(RasterHeights, ABodyThatContradictsTheReferenceIsRefusedUnlessItIsEarths) {
 
 TEST(RasterHeights, ANoDataValueThatTheFileCannotHoldIsRefused) {
   const ScratchFolder folder;
-  struct Case {
+  struct TypeCase {
     GDALDataType type;
     std::vector<double> fine;
     std::vector<double> refused;
   };
   const double nan = std::nan("");
-  const std::vector<Case> cases = {{GDT_Byte, {0, 255}, {-1, 256, 0.5, nan}},
-                                   {GDT_Int16, {-32768, 32767}, {-99999, 40000, 0.5, nan, HUGE_VAL}},
-                                   {GDT_Int32, {-2147483648.0}, {3e9, nan}},
-                                   {GDT_Float32, {nan, -9999, 0.1, -3.4028235e38, HUGE_VAL}, {1e39}},
-                                   {GDT_Float64, {nan, 0.1, 1e300}, {}}};
+  const std::vector<TypeCase> cases = {{GDT_Byte, {0, 255}, {-1, 256, 0.5, nan}},
+                                       {GDT_Int16, {-32768, 32767}, {-99999, 40000, 0.5, nan, HUGE_VAL}},
+                                       {GDT_Int32, {-2147483648.0}, {3e9, nan}},
+                                       {GDT_Float32, {nan, -9999, 0.1, -3.4028235e38, HUGE_VAL}, {1e39}},
+                                       {GDT_Float64, {nan, 0.1, 1e300}, {}}};
   int number = 0;
-  for (const Case& c : cases) {
+  for (const TypeCase& c : cases) {
     auto made = oneDegree([](int, int, int) { return 5.0; });
     made.type = c.type;
     const std::string path = folder.file("n" + std::to_string(number++) + ".tif");

@@ -277,6 +277,42 @@ TEST_F(Clock, copiesOfNewPicturesAreSpreadOverFrames) {
   EXPECT_EQ(globe->update(view, options, &gpu).tiles.size(), tiles);
 }
 
+/// An eye that moves so slowly that cuts are kept for some frames: each of these has its budget, and no more.
+TEST_F(Clock, copiesOfNewPicturesAreSpreadOverFramesThatKeepTheirCut) {
+  constexpr int kEach = 3;
+  open(0.0);
+  PictureGpu gpu;
+  CutOptions options{.prefetch = false, .copies_bytes = 100 * kEach};
+  options.time_s = 0.0;
+  double lon = 40.0;
+  int kept = 0;
+  const auto fly = [&](int red) {
+    int most = 0;
+    for (int i = 0; i < 5000; ++i) {
+      *options.time_s += 0.03;
+      lon += 1e-4;
+      const View moved = viewOf(
+          Camera{.position = {.lat = geo::Angle::degrees(20.0), .lon = geo::Angle::degrees(lon), .height_m = 1.5e6},
+                 .pitch = geo::Angle::degrees(-90.0)},
+          geo::earth().ellipsoid, geo::Angle::degrees(45.0), {.width = 640, .height = 480});
+      const Frame& frame = globe->update(moved, options, &gpu);
+      kept += frame.statistics.cutAge > 0 ? 1 : 0;
+      most = std::max(most, gpu.draw(frame));
+      const auto drawn = colours(frame);
+      if (drawn.size() == 1 && drawn.begin()->first == red && frame.statistics.tilesWanted == 0) return most;
+      globe->waitForArrivals(5ms);
+    }
+    ADD_FAILURE() << "never of the new step";
+    return most;
+  };
+  fly(50);
+  for (const auto& [time_s, red] : {std::pair(100.0, 100), std::pair(200.0, 150), std::pair(300.0, 200)}) {
+    globe->setClock(time_s);
+    EXPECT_LE(fly(red), kEach) << time_s;
+  }
+  EXPECT_GT(kept, 0);
+}
+
 TEST(SceneClock, runsToItsEnd) {
   EXPECT_FALSE(timeAfter({}, 3.0));
   EXPECT_EQ(timeAfter({.start_s = 10.0, .rate = 2.0}, 3.0), 16.0);

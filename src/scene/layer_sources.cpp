@@ -141,7 +141,13 @@ struct ServiceUse {
 LayerSource serviceSource(const raster::ServiceLayer& service, raster::Kind kind, const Scene& scene,
                           const ServiceUse& use) {
   if (pyramid::isRemoteDatabase(service.source) && service.type.empty()) {
-    return {[url = service.source, resources = use.resources] { return pyramid::openRemoteDatabase(url, resources); },
+    const auto known = std::ranges::find(scene.remoteContents, service.source,
+                                         [](const auto& contents) { return contents->info().name; });
+    const auto contents = known != scene.remoteContents.end() ? *known : nullptr;
+    return {[url = service.source, contents, resources = use.resources]() -> io::Result<LayerSource::Pointer> {
+              if (contents) return pyramid::remoteDatabase(contents, resources);
+              return pyramid::openRemoteDatabase(url, resources);
+            },
             raster::withoutSecrets(service.source)};
   }
   const auto opening = [service, kind, body = scene.body, scheme = scene.tiling,

@@ -14,6 +14,9 @@
 
 #include "geo/body.h"
 #include "io/fault_server_test.h"
+#include "pyramid/pyramid_builder.h"
+#include "pyramid/remote_database.h"
+#include "pyramid/tile_objects.h"
 
 namespace tellurion::scene {
 namespace {
@@ -238,6 +241,32 @@ TEST_F(LayerSources, heightsComeThoughTheServerRefusesTheMapOfEverything) {
     for (const auto& [url, count] : state["counts"].items())
       finer += url.starts_with(maps) && !small(url) ? 1 : 0;
     EXPECT_EQ(finer > 0, refuses) << state["counts"];
+  }
+}
+
+/// What a database on a server says of itself is asked for, and read, once, though first the scene has to know it and
+/// then the layers; also where nothing is kept on disk.
+TEST_F(LayerSources, aDatabaseOnAServerIsAskedForItsContentsOnce) {
+  pyramid::BuildOptions options{.output = folder / "mars.tdb",
+                                .inputs = {kData + "mars/mola_dem_4ppd.tif"},
+                                .kind = raster::Kind::elevation,
+                                .scheme = tiling::Scheme::cube,
+                                .body = geo::mars()};
+  ASSERT_TRUE(pyramid::buildPyramid(options));
+  ASSERT_TRUE(pyramid::exportObjects(folder / "mars.tdb", folder / "www/mars.tdb", {}));
+  const io::FaultServer server(folder / "www");
+  for (const std::uint64_t cacheBytes : {std::uint64_t{0}, std::uint64_t{16} << 20}) {
+    server.tell("reset");
+    const io::ResourceOptions online{.cacheBytes = cacheBytes};
+    const Scene scene =
+        openScene(server.url("/mars.tdb"), std::vector<std::string>{"light.enabled=false"}, online).value();
+    EXPECT_EQ(scene.body.ellipsoid, geo::mars().ellipsoid);
+    const auto layers = openLayers(scene, {}, {}, online);
+    ASSERT_TRUE(layers) << io::describe(layers.error());
+    const auto source = layers->elevation.at(0).opening();
+    ASSERT_TRUE(source) << io::describe(source.error());
+    EXPECT_TRUE((*source)->load({.level = 0, .root = 0})->has_value());
+    EXPECT_EQ(server.count("/mars.tdb/contents"), 1) << server.state()["counts"];
   }
 }
 

@@ -42,15 +42,17 @@ struct SourceFacts {
   raster::Kind kind = raster::Kind::elevation;
   std::optional<geo::Body> body;         ///< nothing: any (a raster without a spatial reference)
   std::optional<tiling::Scheme> tiling;  ///< nothing: any (a raster)
+  std::shared_ptr<const pyramid::RemoteContents> remote;
 };
 
 io::Result<SourceFacts> remoteFacts(const std::string& url, const io::ResourceOptions& online) {
-  const auto resources = std::make_shared<io::Resources>(withCacheFile(online));
-  const auto source = pyramid::openRemoteDatabase(url, resources);
-  if (!source)
-    return io::fail(source.error().code, source.error().message, raster::withoutSecrets(source.error().where));
-  const raster::TileSourceInfo& info = (*source)->info();
-  return SourceFacts{.path = url, .kind = info.kind, .body = info.body, .tiling = info.scheme};
+  io::Resources resources(withCacheFile(online));
+  auto contents = pyramid::askRemoteContents(url, resources);
+  if (!contents)
+    return io::fail(contents.error().code, contents.error().message, raster::withoutSecrets(contents.error().where));
+  const raster::TileSourceInfo& info = (*contents)->info();
+  return SourceFacts{
+      .path = url, .kind = info.kind, .body = info.body, .tiling = info.scheme, .remote = std::move(*contents)};
 }
 
 io::Result<SourceFacts> factsOf(const std::string& path, const io::ResourceOptions& online) {
@@ -152,7 +154,8 @@ io::Result<Scene> openScene(std::string_view argument, std::span<const std::stri
   const auto settled = settle(layers, scene);
   if (!settled) return tl::unexpected(settled.error());
   for (const SourceFacts& layer : layers) {
-    const bool isRemote = pyramid::isRemoteDatabase(layer.path);
+    const bool isRemote = layer.remote != nullptr;
+    if (isRemote) scene.remoteContents.push_back(layer.remote);
     const SourceKind from = isRemote ? SourceKind::service : SourceKind::file;
     const raster::ServiceLayer service{.source = isRemote ? layer.path : std::string()};
     if (layer.kind == raster::Kind::elevation) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +19,10 @@
 #include "scene/scene_clock.h"
 #include "scene/sky.h"
 #include "tiling/tiling.h"
+
+namespace tellurion::pyramid {
+class RemoteContents;
+}
 
 namespace tellurion::scene {
 
@@ -94,6 +99,8 @@ struct Scene {
   Air air;
   SkySettings sky;
   std::array<float, 3> background{0.0f, 0.0f, 0.0f};  ///< sRGB, 0..1
+  /// Of tile databases on servers, what openScene() had to ask for: who opens the layers does not ask again.
+  std::vector<std::shared_ptr<const pyramid::RemoteContents>> remoteContents;
 };
 
 /// Reads a scene from what people hand in: a scene file (.toml), a tile database (.tdb), a raster that GDAL reads, or
