@@ -2,7 +2,7 @@
 # What a frame costs with everything on (air, stars, the sea's glint, lamps) and with everything off (the plain lit
 # relief). A Markdown table: medians over ROUNDS rounds, in each of which the two are measured right after each other, of
 # the ratios of frame times; and instructions of a frame, the difference of 12 and 2 frames of `fly`, one thread, PNG
-# included, where there is `perf`.
+# included, where `perf` can count them.
 #   bench/picture_cost.sh [PROGRAM] [ROUNDS]
 # Needs the demo's tile databases (./bootstrap demo).
 set -euo pipefail
@@ -28,6 +28,10 @@ views = {"Earth by day, 15,000 km": ("10,20,15000000,0,-90,0", "[10, 30]"),
          "Alps, oblique from 50 km": ("45.0,8.0,50000,20,-35,0", "[20, -40]"),
          "Everest, horizon from 9.5 km": ("27.75,86.82,9500,20,-12,0", "[10, 60]"),
          "the sea, sunset, from 2 m": ("40,-30,2,250,4,0", "[0, -118]")}
+
+# A machine may have perf and no counters to read.
+counts_instructions = bool(shutil.which("perf")) and b"not supported" not in subprocess.run(
+    ["perf", "stat", "-x,", "-e", "instructions:u", "true"], capture_output=True).stderr
 
 def path(camera, end_s):
     """The eye moves a little: of one that stands the air's tables are kept."""
@@ -61,7 +65,7 @@ for name, (camera, sun) in views.items():
     ratio = statistics.median(on / off for off, on in ms)
     off_ms, on_ms = (statistics.median(column) for column in zip(*ms))
     told = " | | "
-    if shutil.which("perf"):
+    if counts_instructions:
         off, on = (instructions(scene, camera, sun) for scene in ("off.toml", "on.toml"))
         told = f"{off:.0f} | {on:.0f} | {on / off:.2f}"
     print(f"| {name} | {ratio:.2f} | {off_ms:.1f} | {on_ms:.1f} | {told} |", flush=True)
