@@ -10,6 +10,9 @@
 #include "scene/picking.h"
 
 namespace tellurion::render {
+namespace shading {
+#include "render/shaders/constants.glsl"
+}  // namespace shading
 namespace {
 
 using raster::Rgba8;
@@ -33,6 +36,13 @@ scene::Atmosphere thinAir() {
 double fromSrgb(std::uint8_t byte) {
   const double s = byte / 255.0;
   return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
+}
+
+/// By how many steps of 8 bits the noise that hides them has moved a pixel: dithered() in air.glsl.
+double noiseAt(int col, int row) {
+  const auto fraction = [](double v) { return v - std::floor(v); };
+  const double place = 0.06711056 * (col + 0.5) + 0.00583715 * (kSize.height - row - 0.5);
+  return static_cast<double>(shading::kDither) * (fraction(52.9829189 * fraction(place)) - 0.5);
 }
 
 /// Single scattering, summed up step by step; the sun's illuminance is pi.
@@ -161,11 +171,13 @@ class InAir : public synthetic::GlTest {
           // Half a byte is rounding's.
           const std::uint8_t byte = bytes[static_cast<std::size_t>(band)];
           const double rounding = 0.55 * (fromSrgb(static_cast<std::uint8_t>(byte + 1)) - fromSrgb(byte));
-          const double off = std::max(std::abs(fromSrgb(byte) - expected[band]) - rounding, 0.0) / expected[band];
+          const double noise = noiseAt(col, row) * 2.275 * std::pow(expected[band], 1.4 / 2.4) / 255.0;
+          const double off =
+              std::max(std::abs(fromSrgb(byte) - noise - expected[band]) - rounding, 0.0) / expected[band];
           sum += off;
           worst = std::max(worst, off);
           ++compared;
-          EXPECT_LT(off, 0.15) << col << ", " << row << ", " << band << ": " << expected[band];
+          EXPECT_LT(off, 0.17) << col << ", " << row << ", " << band << ": " << expected[band];
           beyond += off > 0.05 ? 1 : 0;
         }
       }
@@ -245,6 +257,48 @@ TEST_F(InAir, NothingJumpsWhereTheEyeLeavesTheAir) {
   }
 }
 
+// A sky that changes by a few steps of 8 bits over the picture: rounded alone, rows would stand on steps, half of one
+// off at their edges.
+TEST_F(InAir, SkiesHaveNoBands) {
+  Renderer renderer = makeAirRenderer();
+  constexpr scene::Viewport kWide{128, 96};
+  scene::Frame frame =
+      frameOf(viewAt(sphere_, 0, 0, 10.0, 90, 40, kWide, 2.5), sunOver(0, 80), *scene::atmosphereByName("earth"), 2.0);
+  RenderTarget target = makeTarget(kWide);
+  renderer.draw(frame, target);
+  const auto picture = readColour(target);
+  renderer.draw(frame, target);
+  EXPECT_EQ(readColour(target).samples, picture.samples);
+  std::vector<double> means(kWide.height, 0.0);
+  for (int row = 0; row < kWide.height; ++row) {
+    for (int col = 0; col < kWide.width; ++col)
+      means[static_cast<std::size_t>(row)] += picture.at(col, row).g / double{kWide.width};
+  }
+  // The straight line through them.
+  const double middle = 0.5 * (kWide.height - 1);
+  double mean = 0.0;
+  double slope = 0.0;
+  double squares = 0.0;
+  for (int row = 0; row < kWide.height; ++row) {
+    const double from = row - middle;
+    mean += means[static_cast<std::size_t>(row)] / kWide.height;
+    slope += from * means[static_cast<std::size_t>(row)];
+    squares += from * from;
+  }
+  slope /= squares;
+  ASSERT_GT(std::abs(slope) * kWide.height, 2.0) << "steps to be seen";
+  ASSERT_LT(std::abs(slope) * kWide.height, 12.0) << "and broad ones";
+  double worst = 0.0;
+  for (int row = 0; row < kWide.height; ++row) {
+    const double expected = mean + slope * (row - middle);
+    worst = std::max(worst, std::abs(means[static_cast<std::size_t>(row)] - expected));
+    for (int col = 0; col < kWide.width; ++col)
+      EXPECT_LT(std::abs(picture.at(col, row).g - expected), 1.3)
+          << "noise is less than a step: " << col << ", " << row;
+  }
+  EXPECT_LT(worst, 0.25);
+}
+
 TEST_F(InAir, WithoutItPicturesAreWhatTheyWere) {
   const auto ground = synthetic::plainImage({120, 110, 90, 255});
   scene::Frame frame = frameOf(viewAt(sphere_, 0, 0, 8e6, 0, -90, kSize), sunOver(10, 40), thinAir(), 0.0);
@@ -266,6 +320,27 @@ TEST_F(InAir, WithoutItPicturesAreWhatTheyWere) {
     frame.air.enabled = false;
     return drawn(plain, frame).samples;
   }()) << "colours as they are have no air before them";
+}
+
+// The eye's tables are kept while they are the same: whatever was drawn before, pictures are equal.
+TEST_F(InAir, PicturesDoNotDependOnThoseBefore) {
+  const scene::Atmosphere air = *scene::atmosphereByName("earth");
+  const auto of = [&](double lon, double height_m, double pitch, double sunLon, double stops) {
+    return frameOf(viewAt(sphere_, 0, lon, height_m, 80, pitch, kSize, 50), sunOver(10, sunLon), air, stops);
+  };
+  std::vector<scene::Frame> frames{of(0, 2e3, 10, 60, 0),  of(0, 2e3, 20, 60, 0),  of(0, 2e3, 20, 60, 1),
+                                   of(0, 2e3, 20, 80, 1),  of(0, 2e4, 20, 80, 1),  of(40, 2e4, 20, 80, 1),
+                                   of(40, 2e4, 20, 80, 1), of(40, 2e4, 20, 80, 1), of(40, 2e4, -5, 80, 1)};
+  frames[6].air.atmosphere.groundAlbedo = {0.9, 0.9, 0.9};
+  frames[7].ellipsoid = geo::earth().ellipsoid;
+  scene::Frame other = of(-90, 3e5, -30, -50, 0);
+  Renderer renderer = makeAirRenderer();
+  Renderer makesAllAnew = makeAirRenderer();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i == 6) other.air.atmosphere = thinAir();
+    drawn(makesAllAnew, other);
+    EXPECT_EQ(drawn(renderer, frames[i]).samples, drawn(makesAllAnew, frames[i]).samples) << i;
+  }
 }
 
 TEST_F(InAir, ASteadyFrameAllocatesNothing) {

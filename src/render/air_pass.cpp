@@ -5,13 +5,16 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
 #include "raster/colour.h"
 #include "render/air_model.h"
 #include "render/air_tables.h"
+#include "render/moon_disc.h"
 #include "render/shader.h"
 #include "render/shader_texts.h"
 
@@ -48,6 +51,7 @@ struct AirBlock {
   AirView view;
 };
 static_assert(sizeof(AirBlock) == 12 * sizeof(geo::Vec4f));
+using BlockBits = std::array<std::uint32_t, sizeof(AirBlock) / sizeof(std::uint32_t)>;
 
 double smooth(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
@@ -76,6 +80,7 @@ struct AirPass::Parts {
   Program viewProgram;
   Program skyProgram;
   GLint background = -1;
+  GLint moon = -1;
   VertexArray nothing;  // the sky has no vertices
   Buffer block;
   Texture transmittance;
@@ -87,9 +92,11 @@ struct AirPass::Parts {
   std::optional<scene::Atmosphere> atmosphere;
   double radius_m = 0.0;
   AirTables tables;
+  std::optional<BlockBits> eyesOwn;  // what `light` and `depth` are of
 
   void makeTables(const scene::Atmosphere& of, double radius);
   void makeView(const AirBlock& of);
+  void bind(const AirBlock& of);
   double exposure(const scene::Air& air, const EyeInAir& eye) const;
 };
 
@@ -97,6 +104,7 @@ void AirPass::Parts::makeTables(const scene::Atmosphere& of, double radius) {
   if (atmosphere == of && radius_m == radius) return;
   atmosphere = of;
   radius_m = radius;
+  eyesOwn.reset();
   tables = makeAirTables(of, radius);
   glTextureSubImage2D(transmittance.name(), 0, 0, 0, kTransmittanceWidth, kTransmittanceHeight, GL_RGBA, GL_FLOAT,
                       tables.transmittance.data());
@@ -105,11 +113,14 @@ void AirPass::Parts::makeTables(const scene::Atmosphere& of, double radius) {
                       tables.groundLight.data());
 }
 
-/// And binds all that ground and sky read.
+/// Of an eye that only turns, and of all pictures of one eye (cube faces, pieces), the tables stay.
 void AirPass::Parts::makeView(const AirBlock& of) {
-  glNamedBufferData(block.name(), sizeof(of), &of, GL_STREAM_DRAW);
-  glBindBufferBase(GL_UNIFORM_BUFFER, kAirBinding, block.name());
-
+  AirBlock own = of;
+  own.view.up.w = 0.0f;  // exposure and the size of pixels are not the tables'
+  own.view.toSun.w = 0.0f;
+  const auto bits = std::bit_cast<BlockBits>(own);
+  if (eyesOwn == bits) return;
+  eyesOwn = bits;
   glUseProgram(viewProgram.name());
   glBindTextureUnit(kTransmittanceUnit, transmittance.name());
   glBindTextureUnit(kGlowUnit, glow.name());
@@ -119,7 +130,13 @@ void AirPass::Parts::makeView(const AirBlock& of) {
   glBindImageTexture(kDepthImage, depth.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
   glDispatchCompute(kViewAzimuths / kGroupSide, 2 * kViewHalf / kGroupSide, 1);
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+}
 
+/// All that ground and sky read.
+void AirPass::Parts::bind(const AirBlock& of) {
+  glNamedBufferData(block.name(), sizeof(of), &of, GL_STREAM_DRAW);
+  glBindBufferBase(GL_UNIFORM_BUFFER, kAirBinding, block.name());
+  makeView(of);
   const std::array<std::pair<GLuint, GLuint>, 3> units{
       {{kLightUnit, light.name()}, {kDepthUnit, depth.name()}, {kGroundLightUnit, groundLight.name()}}};
   for (const auto& [unit, texture] : units) {
@@ -161,6 +178,7 @@ io::Result<AirPass> AirPass::create() {
   parts->viewProgram = std::move(*view);
   parts->skyProgram = std::move(*sky);
   parts->background = glGetUniformLocation(parts->skyProgram.name(), "background");
+  parts->moon = glGetUniformLocation(parts->skyProgram.name(), "moon_body");
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   parts->nothing = VertexArray(name);
@@ -184,11 +202,11 @@ void AirPass::setFrame(const scene::Frame& frame) {
   AirBlock block{.air = airModelOf(atmosphere, p.radius_m), .view = airViewOf(atmosphere, frame.ellipsoid, eye)};
   block.view.up.w = static_cast<float>(p.exposure(frame.air, eye));
   block.view.toSun.w = static_cast<float>(frame.view.pixelAngle());
-  p.makeView(block);
+  p.bind(block);
 }
 
 void AirPass::warmUp() {
-  parts_->makeView(AirBlock{});
+  parts_->bind(AirBlock{});
   drawSky({});
 }
 
@@ -199,6 +217,9 @@ int AirPass::drawSky(const scene::Frame& frame) const {
   };
   glUseProgram(p.skyProgram.name());
   glProgramUniform3f(p.skyProgram.name(), p.background, light(0), light(1), light(2));
+  const MoonDisc disc = moonDiscOf(frame).value_or(MoonDisc{});
+  const geo::Vec4f moon(geo::Vec3f(disc.towards_body), static_cast<float>(disc.radius_rad));
+  glProgramUniform4fv(p.skyProgram.name(), p.moon, 1, &moon[0]);
   glBindVertexArray(p.nothing.name());
   glDepthMask(GL_FALSE);
   glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 2 * (kSkyColumns + 1), kSkyBands + 1);

@@ -155,6 +155,33 @@ TEST_F(Heavens, TheMoonEclipsesTheSunAndHasItsOwnLight) {
   EXPECT_GT(lightIn(drawn(renderer, frame)).sum, 0.03 * whole);
 }
 
+TEST_F(Heavens, TheMoonEclipsesTheSunInAirToo) {
+  Renderer renderer = makeSkyRenderer();
+  const auto ready = renderer.prepareAir();
+  ASSERT_TRUE(ready) << io::describe(ready.error());
+  scene::Frame frame;
+  frame.ellipsoid = earth_;
+  frame.view = viewAt(earth_, 10, 20, 400e3, 70, 60, kSize, 2.0);  // above all of it: nothing else is in the picture
+  frame.air = {.enabled = true, .atmosphere = *scene::atmosphereByName("earth"), .exposure_stops = 0.0};
+  frame.air.atmosphere.sunRadius_degrees = 0.25;
+  const geo::Vec3 away = scene::rayThrough(frame.view, {80.0, 60.0}).direction;
+  frame.light.toSun_body = away;
+  const auto withMoon = [&](const geo::Vec3& towards, double distance_m) {
+    frame.sky.moon_m = frame.view.eye.m + geo::normalize(towards) * distance_m;
+    return lightIn(drawn(renderer, frame)).sum;
+  };
+  const double whole = lightIn(drawn(renderer, frame)).sum;
+  ASSERT_GT(whole, 100.0);
+  EXPECT_LT(withMoon(away, 370000e3), 0.01 * whole);
+  // Rims count whole, so bright is the disc in air: half a pixel of the 15 and 12 of the two.
+  EXPECT_NEAR(withMoon(away, 500000e3) / whole, 1.0 - std::pow(0.199 / 0.25, 2.0), 0.08);
+  // Half before it: what two equal discs, a radius apart, have in common is 0.391 of one.
+  const geo::Vec3 aside = scene::rayThrough(frame.view, {80.0, 60.0 + 0.25 / 2.0 * kSize.height}).direction;
+  const double alike_m = 1737.4e3 / std::sin(geo::Angle::degrees(0.25).radians());
+  EXPECT_NEAR(withMoon(aside, alike_m) / whole, 1.0 - 0.391, 0.06);
+  EXPECT_NEAR(withMoon(-away, 370000e3) / whole, 1.0, 1e-3) << "behind the eye";
+}
+
 TEST_F(Heavens, StarsAreSeenInChannelsOfLargerPixels) {
   Renderer renderer = makeSkyRenderer();
   scene::Frame frame;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/gl_objects.h"
+#include "render/moon_disc.h"
 #include "render/shader.h"
 #include "render/shader_texts.h"
 
@@ -20,7 +21,6 @@ namespace {
 constexpr double kFullMagnitude = 1.2;
 constexpr double kLeastSpread_px = 0.7;
 constexpr double kMostSpread_px = 12.0;
-constexpr double kMoonRadius_m = 1737.4e3;
 constexpr double kNoDisc = 2.0;  // a cosine that nothing has
 
 /// As star.vert.glsl reads it.
@@ -152,15 +152,10 @@ int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
   std::array<geo::Vec4f, 2> discs{four(frame.light.toSun_body, sky.sunRadius_radians), {}};
   geo::Vec4f moon = four({0.0, 0.0, 1.0}, kNoDisc);
   int last = 1;
-  if (sky.moon_m) {
-    const geo::Vec3 from_m = *sky.moon_m - frame.view.eye.m;
-    const double distance_m = geo::length(from_m);
-    if (distance_m > kMoonRadius_m) {
-      const double radius = std::asin(kMoonRadius_m / distance_m);
-      discs[1] = four(from_m / distance_m, radius);
-      moon = four(from_m / distance_m, std::cos(radius));
-      last = 2;
-    }
+  if (const auto disc = moonDiscOf(frame)) {
+    discs[1] = four(disc->towards_body, disc->radius_rad);
+    moon = four(disc->towards_body, std::cos(disc->radius_rad));
+    last = 2;
   }
   const int first = inAir || sky.sunRadius_radians <= 0.0 ? 1 : 0;
   glEnable(GL_BLEND);

@@ -9,6 +9,16 @@ vec3 exposed(vec3 light) {
   return min(light, kShoulderBegins) + over / (1.0 + over / (1.0 - kShoulderBegins));
 }
 
+// What is left of a picture's 8 bits: light moved by less than half a step of 1/255 of sRGB, another way in
+// each pixel, so that what changes slowly does not fall into bands. Interleaved gradient noise (Jimenez 2014); the step is the slope of
+// sRGB's curve, 2.275 light^0.583 beyond its straight part, within a sixth.
+vec3 dithered(vec3 light, vec2 pixel) {
+  float noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))) - 0.5;
+  vec3 root = sqrt(light);
+  vec3 step_ = max(2.275 * root * (0.7 + 0.3 * root), vec3(1.0 / 12.92)) / 255.0;
+  return light + (noise * kDither) * step_;
+}
+
 // Light that leaves ground at this height above the ellipsoid; vectors are in body axes, and mirrored is, as in litGround.
 vec3 litGroundInAir(vec3 albedo, float mirrored, float height, vec3 normal_body, vec3 up_body, vec3 toSun_body) {
   vec2 place = groundLightPlace(air, height, dot(up_body, toSun_body));

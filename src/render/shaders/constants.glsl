@@ -38,6 +38,9 @@ const int kScreen = 2;
 const int kAdd = 3;
 const int kOverlay = 4;
 
+// Of pictures with air: by how many steps of 8 bits the noise moves light, from one end to the other.
+const float kDither = 0.9f;
+
 // Of pictures with air: light up to the first is shown as it is, more ever less. And the sun's disc, as light.
 const float kShoulderBegins = 0.6f;
 const float kSunDisc = 20.0f;

@@ -26,7 +26,7 @@ vec3 shadedGround(vec3 albedo, float lamps, float water) {
 #endif
 #ifdef AIR
   vec3 light = litGroundInAir(albedo, mirrored, place_air.w, normal_body, up_body, toSun_body.xyz);
-  return throughAir(light, lampLight(lamps, dot(up_body, toSun_body.xyz)), place_air);
+  return dithered(throughAir(light, lampLight(lamps, dot(up_body, toSun_body.xyz)), place_air), gl_FragCoord.xy);
 #else
   vec3 lit = litGround(albedo, mirrored, lamps, normal_body, up_body, toSun_body.xyz, toSun_body.w);
   return mix(albedo, lit, switches.x);

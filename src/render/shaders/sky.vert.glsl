@@ -5,6 +5,9 @@
 out vec3 skyLight;
 out vec3 skyReaches;
 out vec2 fromSun;  // from its middle, 1 at its rim
+flat out vec3 moon;  // likewise; z: its radius, 0 where it is not before the sun
+
+uniform vec4 moon_body;  // unit vector from the eye; w: its angular radius, 0: none
 
 const float kBelowHorizon = 0.2;  // of the tangent of half the angle to the nadir
 
@@ -23,6 +26,7 @@ vec3 domeDirection(int column, int row) {
 
 void main() {
   int corner = gl_VertexID % 2;
+  moon = vec3(0.0);
   vec3 direction;
   if (gl_InstanceID < kSkyBands) {
     direction = domeDirection(gl_VertexID / 2, gl_InstanceID + corner);
@@ -33,6 +37,9 @@ void main() {
     if (gl_VertexID >= 4) fromSun = vec2(soft);
     vec3 sideways = normalize(cross(airView.toSun.xyz, abs(airView.toSun.z) < 0.9 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0)));
     vec3 upwards = cross(sideways, airView.toSun.xyz);
+    vec3 moon_air = normalize(moon_body.xyz * airView.scale.xyz);
+    if (dot(moon_air, airView.toSun.xyz) > 0.0)
+      moon = vec3(dot(moon_air, sideways), dot(moon_air, upwards), moon_body.w) / air.aerosolExtinction.w;
     direction = airView.toSun.xyz + air.aerosolExtinction.w * (fromSun.x * sideways + fromSun.y * upwards);
   }
   AirRay ray = airRay(airView, normalize(direction), true);
