@@ -35,6 +35,7 @@ constexpr std::array kControls{
     Control{"K, J", "add a key frame to a path, show the path"},
     Control{"F9", "record the way of the eye, and save it"},
     Control{"M", "a drag goes on when let go, or not"},
+    Control{"V", "time, light, air, sky, relief and quality"},
     Control{"L", "light on or off"},
     Control{"O", "the air (atmosphere) on or off"},
     Control{". and ,", "draw heights higher or lower"},
