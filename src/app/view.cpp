@@ -13,6 +13,7 @@
 #include "app/view_loop.h"
 #include "app/view_start.h"
 #include "scene/scene_identity.h"
+#include "scene/star_catalogue.h"
 
 namespace tellurion::app {
 namespace {
@@ -75,6 +76,8 @@ io::Result<Stage> openStage(const ViewArguments& arguments, const scene::Scene& 
   if (scene.sky.enabled) {
     if (const auto ready = renderer->prepareSky(); !ready) return tl::unexpected(ready.error());
   }
+  // For V, that of this window or of one that it follows, to switch on.
+  if (!scene.sky.enabled && !(*globe)->sky().stars) (*globe)->sky().stars = scene::brightStars();
   return Stage{std::move(*window), std::move(*globe), std::move(*renderer)};
 }
 

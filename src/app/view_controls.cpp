@@ -222,6 +222,7 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::keyFrames:
     case ViewKey::record:
     case ViewKey::inertia:
+    case ViewKey::settings:
       return false;
   }
   return false;

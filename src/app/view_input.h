@@ -47,6 +47,7 @@ enum class ViewKey {
   keyFrames,
   record,
   inertia,
+  settings,
 };
 
 struct Modifiers {

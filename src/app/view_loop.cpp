@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -40,14 +39,6 @@ std::string place(const geo::Geodetic& g) {
                      lon < 0 ? 'W' : 'E');
 }
 
-/// The value next to this one; itself at the ends.
-template <std::size_t N>
-double steppedFrom(double value, bool up, const std::array<double, N>& steps) {
-  const auto* next = up ? std::ranges::upper_bound(steps, value) : std::ranges::lower_bound(steps, value);
-  if (up) return next != steps.end() ? *next : value;
-  return next != steps.begin() ? *(next - 1) : value;
-}
-
 bool isEmpty(scene::Viewport size) {
   return size.width < 1 || size.height < 1;
 }
@@ -66,10 +57,8 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       controls_(start),
       travel_(controls_, ground_, globe.body().name, std::move(places),
               [this](std::string text) { notify(std::move(text)); }),
-      cut_(cut),
-      quality_(quality),
-      control_({.frame_ms = quality.frame_ms, .ceiling = quality.full}),
-      clock_(clock) {
+      settings_(globe, renderer_, quality, clock, [this](std::string text) { notify(std::move(text)); }),
+      cut_(cut) {
   figures_.quality = quality.full;
 }
 
@@ -108,7 +97,7 @@ double ViewLoop::now_s() {
 }
 
 double ViewLoop::qualityInForce() const {
-  return quality_.isAutomatic && isMoving() ? control_.quality() : quality_.full;
+  return settings_.quality().isAutomatic && isMoving() ? settings_.control().quality() : settings_.quality().full;
 }
 
 // Without anything loading, and no notice to take away, the program sleeps until its window hears something.
@@ -147,11 +136,17 @@ void ViewLoop::handle(const InputEvent& event) {
 void ViewLoop::handleKey(ViewKey key) {
   switch (key) {
     case ViewKey::light:
-      globe_.lighting().enabled = !globe_.lighting().enabled;
-      pictureStale_ = true;
-      break;
     case ViewKey::air:
-      toggleAir();
+    case ViewKey::higher:
+    case ViewKey::lower:
+    case ViewKey::finer:
+    case ViewKey::coarser:
+    case ViewKey::automatic:
+    case ViewKey::play:
+    case ViewKey::earlier:
+    case ViewKey::later:
+    case ViewKey::settings:
+      if (settings_.handle(key)) pictureStale_ = true;
       break;
     case ViewKey::printCamera:
       printCamera();
@@ -184,26 +179,8 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::freeze:
       toggleFrozenCut();
       break;
-    case ViewKey::higher:
-    case ViewKey::lower:
-      exaggerate(key == ViewKey::higher);
-      break;
-    case ViewKey::finer:
-    case ViewKey::coarser:
-      changeQuality(key == ViewKey::finer);
-      break;
-    case ViewKey::automatic:
-      toggleAutomaticQuality();
-      break;
     case ViewKey::layers:
       layersShown_ = !layersShown_;
-      break;
-    case ViewKey::play:
-      play();
-      break;
-    case ViewKey::earlier:
-    case ViewKey::later:
-      stepClock(key == ViewKey::later ? 1.0 : -1.0);
       break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
@@ -238,8 +215,8 @@ void ViewLoop::adjustToWindow() {
 }
 
 scene::View ViewLoop::pictureView() const {
-  return scene::atResolution(controls_.view(),
-                             scene::resolutionAt(figures_.quality / quality_.full, quality_.resolution));
+  return scene::atResolution(controls_.view(), scene::resolutionAt(figures_.quality / settings_.quality().full,
+                                                                   settings_.quality().resolution));
 }
 
 io::Result<void> ViewLoop::prepareTarget(const scene::Viewport& size) {
@@ -277,10 +254,10 @@ io::Result<void> ViewLoop::drawPicture() {
   const double since_s = std::chrono::duration<double>(begin - lastBegun_).count();
   cut_.time_s = cut_.time_s.value_or(0.0) + std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_);
   lastBegun_ = begin;
-  if (playing_) runClock(std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_));
+  settings_.runClock(std::min(since_s, kLongestStep_s + 1e-3 * frame_ms_));
   if (controls_.advance(ground_, std::chrono::duration<double>(begin.time_since_epoch()).count())) lastMoved_ = begin;
-  const bool isControlled = quality_.isAutomatic && isMoving();
-  const double quality = isControlled ? control_.quality() : quality_.full;
+  const bool isControlled = settings_.quality().isAutomatic && isMoving();
+  const double quality = isControlled ? settings_.control().quality() : settings_.quality().full;
   figures_.quality = quality;
   const scene::Frame& frame = frameAboveGround();
   if (auto ready = prepareTarget(frame.view.viewport); !ready) return ready;
@@ -293,11 +270,11 @@ io::Result<void> ViewLoop::drawPicture() {
   if (isControlled) {
     scene::FrameCost cost = costOf(figures_, std::chrono::duration<double>(lastDrawn_.time_since_epoch()).count());
     cost.cost_ms += waited_ms_;  // what the slowest follower takes beyond this window
-    control_.next(cost);
+    settings_.control().next(cost);
   }
   tellComplete(frame);
   travel_.drawn(now_s());
-  pictureStale_ = playing_ || controls_.moving() || frame.unsettled;
+  pictureStale_ = settings_.playing() || controls_.moving() || frame.unsettled;
   arrivalsSeen_ = false;
   panelsStale_ = true;
   reportFailures();
@@ -307,7 +284,7 @@ io::Result<void> ViewLoop::drawPicture() {
 /// Whether nothing more will come: all is there and on the GPU, or a budget is spent, at full quality.
 void ViewLoop::tellComplete(const scene::Frame& frame) {
   const bool complete = frame.statistics.layersComing == 0 && frame.statistics.tilesWanted == 0 &&
-                        frame.statistics.tilesHeldBack == 0 && figures_.quality == quality_.full;
+                        frame.statistics.tilesHeldBack == 0 && figures_.quality == settings_.quality().full;
   if (complete != complete_) window_.setTitle(complete ? title_ : "(loading) " + title_);
   complete_ = complete;
 }
@@ -332,8 +309,9 @@ void ViewLoop::drawPanelsOnce() {
   drawStatusLine(statusParts(), statusRight());
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
-  if (statisticsShown_) drawStatistics(statisticsLines(figures_, quality_.isAutomatic));
+  if (statisticsShown_) drawStatistics(statisticsLines(figures_, settings_.quality().isAutomatic));
   if (layersShown_ && drawLayers(globe_)) pictureStale_ = true;
+  if (settings_.draw({figures_, target_->size()})) pictureStale_ = true;
   if (travel_.draw(now_s())) pictureStale_ = true;
   window_.expectText(travel_.wantsText());
   if (helpShown_) drawHelp();
@@ -341,7 +319,7 @@ void ViewLoop::drawPanelsOnce() {
   // ImGui shows a window from its second frame on, when it knows its size.
   if (panelDrawings_ > 0) --panelDrawings_;
   panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
-                 ((layersShown_ || travel_.panelShown()) && panelDrawings_ > 0);
+                 ((layersShown_ || settings_.shown() || travel_.panelShown()) && panelDrawings_ > 0);
   helpDrawn_ = helpShown_;
   statisticsDrawn_ = statisticsShown_;
 }
@@ -392,77 +370,12 @@ void ViewLoop::toggleDebugView(scene::DebugView view) {
   pictureStale_ = true;
 }
 
-/// Where the scene says nothing of its air, that of its body.
-void ViewLoop::toggleAir() {
-  scene::Air& air = globe_.air();
-  if (!scene::knowAir(air, globe_.body().name)) {
-    notify("the air of this body is not known: describe it in the scene's [atmosphere]");
-    return;
-  }
-  if (const auto ready = renderer_.prepareAir(); !ready) {
-    notify(io::describe(ready.error()));
-    return;
-  }
-  air.enabled = !air.enabled;
-  pictureStale_ = true;
-}
-
 void ViewLoop::toggleFrozenCut() {
   if (!readyForDebugViews()) return;
   globe_.freezeCut(globe_.cutIsFrozen() ? std::nullopt : std::optional(controls_.view()));
   notify(globe_.cutIsFrozen() ? "the cut is frozen: it stays while the eye moves on, F lets it follow again"
                               : "the cut follows the eye again");
   pictureStale_ = true;
-}
-
-bool ViewLoop::hasClock() {
-  if (!clock_.start_s) notify("there is no time to begin with: give the scene a [clock] with a start, or use --time");
-  return clock_.start_s.has_value();
-}
-
-void ViewLoop::play() {
-  if (!hasClock()) return;
-  playing_ = !playing_;
-  notify(playing_ ? fmt::format("the clock runs: {:g} days a second", clock_.rate / 86400.0) : "the clock stands");
-  pictureStale_ = true;
-}
-
-void ViewLoop::stepClock(double steps) {
-  if (!hasClock()) return;
-  playing_ = false;
-  clock_.start_s = *clock_.start_s + steps * clock_.step_s;
-  globe_.setClock(*clock_.start_s);
-  pictureStale_ = true;
-}
-
-/// At its end it stands.
-void ViewLoop::runClock(double seconds) {
-  const double before_s = *clock_.start_s;
-  clock_.start_s = scene::timeAfter(clock_, seconds);
-  playing_ = *clock_.start_s != before_s || clock_.rate == 0.0;
-  globe_.setClock(*clock_.start_s);
-}
-
-void ViewLoop::exaggerate(bool more) {
-  constexpr std::array kSteps{0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0};
-  double& exaggeration = globe_.exaggeration();
-  exaggeration = steppedFrom(exaggeration, more, kSteps);
-  notify(fmt::format("heights are drawn {} times as high", exaggeration));
-  pictureStale_ = true;
-}
-
-void ViewLoop::changeQuality(bool finer) {
-  constexpr std::array kSteps{0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0};
-  quality_.full = steppedFrom(quality_.full, finer, kSteps);
-  control_.setGoal({.frame_ms = quality_.frame_ms, .ceiling = quality_.full});
-  notify(fmt::format("quality {}{}", quality_.full, quality_.isAutomatic ? " at rest" : ""));
-}
-
-void ViewLoop::toggleAutomaticQuality() {
-  quality_.isAutomatic = !quality_.isAutomatic;
-  notify(quality_.isAutomatic
-             ? fmt::format("automatic: quality falls while moving, where frames take over {} ms", quality_.frame_ms)
-             : fmt::format("quality stays at {}", quality_.full));
 }
 
 void ViewLoop::printCamera() {

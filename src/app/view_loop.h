@@ -6,21 +6,13 @@
 #include "app/frame_figures.h"
 #include "app/leading.h"
 #include "app/view_controls.h"
+#include "app/view_settings.h"
 #include "app/view_travel.h"
 #include "app/view_window.h"
 #include "render/renderer.h"
 #include "scene/globe.h"
-#include "scene/quality_control.h"
 
 namespace tellurion::app {
-
-/// How good pictures are (scene::atQuality).
-struct ViewQuality {
-  double full = 1.0;         ///< of a picture that stands
-  bool isAutomatic = false;  ///< while the eye moves it may be lower, so that frames keep to frame_ms
-  double frame_ms = 33.0;
-  double resolution = 1.0;  ///< scene::resolutionAt full quality
-};
 
 /// The viewer while its window is open: hands input to the controls, draws when something has changed, sleeps else.
 /// Main thread only. Window and globe must outlive it.
@@ -61,14 +53,6 @@ class ViewLoop {
   void tellComplete(const scene::Frame& frame);
   void toggleDebugView(scene::DebugView view);
   void toggleFrozenCut();
-  void toggleAir();
-  void exaggerate(bool more);
-  void changeQuality(bool finer);
-  void toggleAutomaticQuality();
-  bool hasClock();
-  void play();
-  void stepClock(double steps);
-  void runClock(double seconds);
   bool readyForDebugViews();
   void printCamera();
   void reportFailures();
@@ -85,11 +69,8 @@ class ViewLoop {
   scene::Ground ground_;
   ViewControls controls_;
   ViewTravel travel_;
-  scene::CutOptions cut_;  ///< at quality 1
-  ViewQuality quality_;
-  scene::QualityControl control_;
-  scene::SceneClock clock_;  ///< from where it runs on
-  bool playing_ = false;
+  ViewSettings settings_;
+  scene::CutOptions cut_;       ///< at quality 1
   Leading* leading_ = nullptr;  ///< null: nobody follows
   double waited_ms_ = 0.0;      ///< in the last frame, for followers
   std::optional<render::RenderTarget> target_;

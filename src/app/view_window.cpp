@@ -116,7 +116,7 @@ void onScroll(GLFWwindow* window, double across, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 44> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 45> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -161,6 +161,7 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_J, ViewKey::keyFrames},
       {GLFW_KEY_F9, ViewKey::record},
       {GLFW_KEY_M, ViewKey::inertia},
+      {GLFW_KEY_V, ViewKey::settings},
   }};
   const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
   if (found == kKeys.end()) return std::nullopt;

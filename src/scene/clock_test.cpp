@@ -6,6 +6,7 @@
 #include <chrono>
 #include <limits>
 #include <map>
+#include <random>
 #include <set>
 #include <thread>
 
@@ -319,6 +320,43 @@ TEST(SceneClock, runsToItsEnd) {
   EXPECT_EQ(timeAfter({.start_s = 10.0, .end_s = 12.0, .rate = 2.0}, 3.0), 12.0);
   EXPECT_EQ(timeAfter({.start_s = 10.0, .end_s = 5.0, .rate = -2.0}, 3.0), 5.0);
   EXPECT_EQ(timeAfter({.start_s = 10.0, .end_s = 5.0, .rate = 2.0}, 3.0), 16.0);
+}
+
+// Truth: GNU date, `date -u -d @SECONDS +"%Y %j %H"`.
+TEST(CalendarTime, isThatOfTheCalendar) {
+  const auto check = [](double time_s, int year, int day, double hour) {
+    const CalendarTime time = calendarTimeOf(time_s);
+    EXPECT_EQ(time.year, year) << time_s;
+    EXPECT_EQ(time.day, day) << time_s;
+    EXPECT_NEAR(time.hour, hour, 1e-9) << time_s;
+  };
+  check(0.0, 1970, 1, 0.0);
+  check(-1.0, 1969, 365, 24.0 - 1.0 / 3600.0);
+  check(951825600.0, 2000, 60, 12.0);  // 29 February
+  check(1104537599.0, 2004, 366, 24.0 - 1.0 / 3600.0);
+  check(-2208988800.0, 1900, 1, 0.0);
+  check(-1e30, 0, 1, 0.0);
+  check(std::numeric_limits<double>::quiet_NaN(), 0, 1, 0.0);
+  check(1e30, 9999, 365, 24.0 - 1.0 / 3600.0);
+  EXPECT_EQ(daysOfYear(1900), 365);
+  EXPECT_EQ(daysOfYear(2000), 366);
+  EXPECT_EQ(daysOfYear(2004), 366);
+}
+
+TEST(CalendarTime, comesBack) {
+  std::mt19937_64 random(20260601);
+  std::uniform_real_distribution<double> anyTime(-62167219200.0, 253402300799.0);
+  for (int i = 0; i < 10000; ++i) {
+    const double time_s = std::floor(anyTime(random));
+    const CalendarTime time = calendarTimeOf(time_s);
+    ASSERT_GE(time.day, 1);
+    ASSERT_LE(time.day, daysOfYear(time.year));
+    ASSERT_GE(time.hour, 0.0);
+    ASSERT_LT(time.hour, 24.0);
+    ASSERT_NEAR(secondsOf(time), time_s, 1e-4);
+    // The end of a day and of a year is the beginning of the next.
+    ASSERT_EQ(secondsOf({time.year, daysOfYear(time.year), 24.0}), secondsOf({time.year + 1, 1, 0.0}));
+  }
 }
 
 }  // namespace

@@ -17,4 +17,18 @@ struct SceneClock {
 /// its end, whichever way it runs.
 std::optional<double> timeAfter(const SceneClock& clock, double seconds);
 
+/// A time by the calendar, UTC, Gregorian also where it was not in use yet.
+struct CalendarTime {
+  int year = 1970;
+  int day = 1;        ///< of the year, from 1
+  double hour = 0.0;  ///< from 0 up to 24
+};
+
+/// Of the years 0 to 9999: what lies outside is the first or the last second of these; of NaN the first.
+CalendarTime calendarTimeOf(double time_s);
+/// And back, to a microsecond. Days and hours beyond their end run on into the next year and day.
+double secondsOf(const CalendarTime& time);
+/// 365 or 366.
+int daysOfYear(int year);
+
 }  // namespace tellurion::scene
