@@ -55,7 +55,7 @@ FMT_FROM = "io"
 CONCURRENCY = {"atomic", "barrier", "condition_variable", "future", "latch", "mutex", "semaphore", "shared_mutex", "stop_token", "thread"}
 STARTS_THREAD = re.compile(r"\bstd::(?:(?:jthread|thread)\b(?!::)|async\b)")
 # POSIX and not C++: only in files that docs/architecture.md names (tests aside).
-POSIX = re.compile(r"^(?:unistd\.h|fcntl\.h|stdio\.h|poll\.h|netdb\.h|sys/\w+\.h|netinet/\w+\.h)$")
+POSIX = re.compile(r"^(?:sched\.h|unistd\.h|fcntl\.h|stdio\.h|poll\.h|netdb\.h|sys/\w+\.h|netinet/\w+\.h)$")
 STANDARD = re.compile(r"^[a-z_0-9]+$")
 NEVER_IN_HEADERS = {"iostream", "regex", "future", "ranges"}
 
