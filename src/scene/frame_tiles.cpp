@@ -12,23 +12,23 @@ void FrameTiles::begin(Frame& frame, std::span<const std::uint32_t> order) {
   std::swap(lastTiles_, frame.tiles);
   std::swap(lastSoon_, frame.soon);
   std::swap(lastPictures_, frame.pictures);
-  std::swap(lastContents_, contents_);
+  std::swap(lastShown_, shown_);
   if (std::ranges::equal(order, order_)) return;
   order_.assign(order.begin(), order.end());
-  lastContents_.clear();  // their pictures lie in another order
+  lastShown_.clear();  // their pictures lie in another order
 }
 
 void FrameTiles::finish() {
   lastTiles_.clear();
   lastSoon_.clear();
   lastPictures_.clear();
-  lastContents_.clear();
+  lastShown_.clear();
 }
 
 /// Null: the last frame did not have it, or with another content.
 DrawnTile* FrameTiles::lastOf(const TileRecord& record) {
   const std::size_t at = record.drawnAt;
-  if (at >= lastContents_.size() || lastContents_[at] != record.content) return nullptr;
+  if (at >= lastShown_.size() || lastShown_[at].content != record.content) return nullptr;
   DrawnTile& last = at < lastTiles_.size() ? lastTiles_[at] : lastSoon_[at - lastTiles_.size()];
   return last.id == record.id ? &last : nullptr;
 }
@@ -65,9 +65,10 @@ void FrameTiles::add(const SelectedTile& tile, const ContentMaker& maker) {
   DrawnTile* last = tile.over == nullptr ? lastOf(record) : nullptr;
   const std::size_t at = record.drawnAt;
   DrawnTile out = last != nullptr ? movedOver(*last) : made(tile.id, *content, maker);
-  if (out.mesh != content->mesh) out.mesh = content->mesh;  // the last frame had a patch
-  record.drawnAt = static_cast<std::uint32_t>(contents_.size());
-  contents_.push_back(last != nullptr ? std::move(lastContents_[at]) : content);
+  Shown& shown = shown_.emplace_back(last != nullptr ? std::move(lastShown_[at])
+                                                     : Shown{.content = content, .mesh = content->mesh.get()});
+  if (out.mesh.get() != shown.mesh) out.mesh = shown.content->mesh;  // the last frame had a patch
+  record.drawnAt = static_cast<std::uint32_t>(shown_.size() - 1);
   out.coarseEdges = tile.coarseEdges;
   out.morph = tile.morph;
   out.error_px = tile.error_px;

@@ -41,8 +41,12 @@ class FrameTiles {
   std::vector<DrawnTile> lastTiles_;
   std::vector<DrawnTile> lastSoon_;
   std::vector<DrawnPicture> lastPictures_;
-  std::vector<std::shared_ptr<const TileContent>> lastContents_;
-  std::vector<std::shared_ptr<const TileContent>> contents_;  ///< of this frame, likewise
+  struct Shown {
+    std::shared_ptr<const TileContent> content;
+    const TerrainMesh* mesh;  ///< the content's, not asked of it again: that would be read for nothing else
+  };
+  std::vector<Shown> lastShown_;
+  std::vector<Shown> shown_;  ///< of this frame, likewise
 };
 
 }  // namespace tellurion::scene

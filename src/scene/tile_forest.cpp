@@ -66,6 +66,8 @@ void TileForest::lookAt(std::span<const LayerLook> looks) {
 void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) {
   if (!isSortedOut_) sortOutUnused();  // nobody had it evict
   isSortedOut_ = false;
+  for (const TileRecord* r : lastUsed_)  // mostly what this one uses
+    expectReading(r);
   ++updates_;
   lookAt(looks);
   exaggeration_ = exaggeration;
