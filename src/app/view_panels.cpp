@@ -28,6 +28,7 @@ constexpr std::array kControls{
     Control{"Right drag, Shift + left drag", "look around"},
     Control{"Middle drag, Ctrl + left drag", "orbit the point under the cursor"},
     Control{"Arrow keys", "pan; Shift: look around; Ctrl: orbit"},
+    Control{"T; U", "walk; fly: W A S D, drag, Shift, wheel; or end"},
     Control{"N", "north up"},
     Control{"R, Home; Esc", "fly back to the first view; stop the flight"},
     Control{"G, Ctrl + F", "go to a place: a name or coordinates"},
