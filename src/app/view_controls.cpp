@@ -10,7 +10,8 @@ namespace {
 constexpr double kDoubleClick_s = 0.35;
 constexpr double kDoubleClick_px = 5.0;
 constexpr double kDoubleClickSteps = 5.0;
-constexpr double kLeastThrow = 60.0;  // pixels a second: a slower hand has put down what it held
+constexpr double kLeastThrow = 60.0;    // pixels a second: a slower hand has put down what it held
+constexpr double kWalksFrom_m = 100.0;  // above the ground; from higher it flies there first
 constexpr double kKeySteps = 2.0;
 /// What an arrow key moves, as a share of the picture's height.
 constexpr double kArrowShare = 0.1;
@@ -30,6 +31,10 @@ void ViewControls::resize(scene::Viewport viewport) {
     view->viewport = viewport;
   drag_.reset();
   stop();
+  if (!walking_) return;
+  const Gait gait = walking_->gait();
+  endWalk();
+  walking_.emplace(gait, wished_, pace_, 0.0);
 }
 
 bool ViewControls::changed(const scene::View& wished) {
@@ -39,6 +44,7 @@ bool ViewControls::changed(const scene::View& wished) {
 }
 
 bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground, double now_s) {
+  if (const auto done = handledByWalk(event, ground, now_s)) return *done;
   if (const auto* button = std::get_if<ButtonChanged>(&event)) return handleButton(*button, ground, now_s);
   if (const auto* key = std::get_if<KeyPressed>(&event)) return handleKey(*key, ground, now_s);
   if (const auto* wheel = std::get_if<WheelTurned>(&event)) return zoomAt(wheel->at, wheel->steps, ground, now_s);
@@ -49,11 +55,53 @@ bool ViewControls::handle(const InputEvent& event, const scene::Ground& ground, 
 }
 
 bool ViewControls::advance(const scene::Ground& ground, double now_s) {
+  if (walking_) {
+    if (!walking_->advance(ground, now_s)) return false;
+    return changed(walking_->view());
+  }
   if (!motion_) return false;
   const double seconds = now_s - motion_->begin_s;
   changed(motion_->viewAt(std::clamp(seconds, 0.0, motion_->duration_s), ground));
-  if (seconds >= motion_->duration_s) stop();
+  if (seconds < motion_->duration_s) return true;
+  const auto gait = landsTo_;
+  stop();
+  if (gait) walking_.emplace(*gait, wished_, pace_, now_s);
   return true;
+}
+
+void ViewControls::endWalk() {
+  if (walking_) pace_ = walking_->pace();
+  walking_.reset();
+}
+
+void ViewControls::toggle(Gait gait, const scene::Ground& ground, double now_s) {
+  const bool same = (walking_ && walking_->gait() == gait) || landsTo_ == gait;
+  endWalk();
+  drag_.reset();
+  stop();
+  if (same) return;
+  const geo::Direction place = ground.ellipsoid.directionFromBody(view_.eye);
+  const double over_m = ground.ellipsoid.geodeticFromBody(view_.eye).height_m - ground.heightOrZero_m(place);
+  if (gait == Gait::walk && over_m > kWalksFrom_m) {
+    flyTo(landing(view_, ground), ground, now_s);
+    landsTo_ = gait;
+  } else {
+    walking_.emplace(gait, view_, pace_, now_s);
+  }
+}
+
+/// Nothing: the event is for the other controls.
+std::optional<bool> ViewControls::handledByWalk(const InputEvent& event, const scene::Ground& ground, double now_s) {
+  if (!walking_) return std::nullopt;
+  if (const auto* key = std::get_if<KeyPressed>(&event)) {
+    if (key->key == ViewKey::north) {
+      walking_->turnNorthUp(ground);
+      return changed(walking_->view());
+    }
+    return key->key == ViewKey::reset ? std::nullopt : std::optional(false);
+  }
+  if (!walking_->handle(event, ground, now_s)) return false;
+  return changed(walking_->view());
 }
 
 void ViewControls::flyTo(const scene::View& target, const scene::Ground& ground, double now_s) {
@@ -62,6 +110,8 @@ void ViewControls::flyTo(const scene::View& target, const scene::Ground& ground,
 
 void ViewControls::begin(EyeMotion motion) {
   drag_.reset();
+  endWalk();
+  landsTo_.reset();
   motion_ = std::move(motion);
 }
 
@@ -223,6 +273,8 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::record:
     case ViewKey::inertia:
     case ViewKey::settings:
+    case ViewKey::walk:
+    case ViewKey::fly:
       return false;
   }
   return false;

@@ -4,6 +4,7 @@
 
 #include "app/eye_motion.h"
 #include "app/view_input.h"
+#include "app/walking.h"
 #include "scene/coast.h"
 
 namespace tellurion::app {
@@ -25,12 +26,21 @@ class ViewControls {
   bool handle(const InputEvent& event, const scene::Ground& ground, double now_s);
 
   /// Whether the eye moves by itself. While it does, advance() before each picture; true: the view has changed.
-  bool moving() const { return motion_.has_value(); }
+  bool moving() const { return motion_.has_value() || (walking_ && walking_->moving()); }
   bool advance(const scene::Ground& ground, double now_s);
   /// Leaves the eye where it is.
-  void stop() { motion_.reset(); }
+  void stop() {
+    motion_.reset();
+    landsTo_.reset();
+  }
   void flyTo(const scene::View& target, const scene::Ground& ground, double now_s);
   void begin(EyeMotion motion);
+
+  /// Keys lead the eye from now on; the same gait again ends it. A walk that is asked for from high above begins with
+  /// a flight to the ground. Flights and paths end it too.
+  void toggle(Gait gait, const scene::Ground& ground, double now_s);
+  /// Null unless keys lead the eye.
+  const Walking* walking() const { return walking_ ? &*walking_ : nullptr; }
 
   /// Whether a drag goes on for a while when the hand lets go.
   bool& inertia() { return inertia_; }
@@ -46,6 +56,8 @@ class ViewControls {
   };
 
   bool changed(const scene::View& wished);
+  void endWalk();
+  std::optional<bool> handledByWalk(const InputEvent& event, const scene::Ground& ground, double now_s);
   bool handleButton(const ButtonChanged& event, const scene::Ground& ground, double now_s);
   bool handleKey(const KeyPressed& event, const scene::Ground& ground, double now_s);
   bool isDoubleClick(const ButtonChanged& event);
@@ -65,6 +77,9 @@ class ViewControls {
   std::optional<EyeMotion> motion_;
   scene::HandSpeed hand_;  ///< of the drag under way
   bool inertia_ = true;
+  std::optional<Walking> walking_;
+  std::optional<Gait> landsTo_;  ///< once the flight has ended
+  double pace_ = 1.0;            ///< of the last walk
 };
 
 }  // namespace tellurion::app

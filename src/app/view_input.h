@@ -48,7 +48,13 @@ enum class ViewKey {
   record,
   inertia,
   settings,
+  walk,
+  fly,
 };
+
+/// Keys that count while they are down, in the modes that walk and fly.
+enum class MotionKey { ahead, back, left, right, up, down, faster };
+inline constexpr int kMotionKeys = 7;
 
 struct Modifiers {
   bool shift = false;
@@ -80,13 +86,18 @@ struct KeyPressed {
   Modifiers modifiers;
 };
 
+struct MotionKeyChanged {
+  MotionKey key = MotionKey::ahead;
+  bool down = false;
+};
+
 /// The window was resized, uncovered or brought back.
 struct PictureLost {};
 
 /// A panel has got a button or the wheel.
 struct PanelTouched {};
 
-using InputEvent =
-    std::variant<ButtonChanged, CursorMoved, CursorLeft, WheelTurned, KeyPressed, PictureLost, PanelTouched>;
+using InputEvent = std::variant<ButtonChanged, CursorMoved, CursorLeft, WheelTurned, KeyPressed, MotionKeyChanged,
+                                PictureLost, PanelTouched>;
 
 }  // namespace tellurion::app

@@ -191,6 +191,8 @@ void ViewLoop::handleKey(ViewKey key) {
     case ViewKey::keyFrames:
     case ViewKey::record:
     case ViewKey::inertia:
+    case ViewKey::walk:
+    case ViewKey::fly:
       travel_.handle(key, now_s());
       break;
     case ViewKey::plus:
@@ -314,6 +316,7 @@ void ViewLoop::drawPanelsOnce() {
   if (settings_.draw({figures_, target_->size()})) pictureStale_ = true;
   if (travel_.draw(now_s())) pictureStale_ = true;
   window_.expectText(travel_.wantsText());
+  window_.expectMotion(controls_.walking() != nullptr);
   if (helpShown_) drawHelp();
   window_.endPanels();
   // ImGui shows a window from its second frame on, when it knows its size.
@@ -353,6 +356,7 @@ std::string ViewLoop::statusRight() const {
   if (const auto troubles = globe_.troubles(); !troubles.empty()) text = io::describe(troubles.front()) + "   " + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
   if (leading_ != nullptr) text = leading_->status() + "   " + text;
+  if (controls_.walking() != nullptr) text = controls_.walking()->status() + "   " + text;
   if (travel_.recording()) text = "recording   " + text;
   return text + "   H: help";
 }

@@ -28,6 +28,7 @@ constexpr std::array kControls{
     Control{"Right drag, Shift + left drag", "look around"},
     Control{"Middle drag, Ctrl + left drag", "orbit the point under the cursor"},
     Control{"Arrow keys", "pan; Shift: look around; Ctrl: orbit"},
+    Control{"T; U", "walk; fly: W A S D, drag, Shift, wheel; or end"},
     Control{"N", "north up"},
     Control{"R, Home; Esc", "fly back to the first view; stop the flight"},
     Control{"G, Ctrl + F", "go to a place: a name or coordinates"},
@@ -38,8 +39,7 @@ constexpr std::array kControls{
     Control{"V", "time, light, air, sky, relief and quality"},
     Control{"L; O", "light; air (atmosphere), on or off"},
     Control{". and ,", "draw heights higher or lower"},
-    Control{"] and [", "finer or coarser pictures"},
-    Control{"A", "coarser while moving, to keep up, or not"},
+    Control{"] and [; A", "finer or coarser; coarser while moving, or not"},
     Control{"C, P", "print the camera for --camera, and copy it"},
     Control{"F12", "save the picture as PNG"},
     Control{"1, 2, 3, 4", "show triangles, levels, screen error, boxes"},
@@ -47,8 +47,7 @@ constexpr std::array kControls{
     Control{"I", "show or hide the imagery layers"},
     Control{"Space, ; and '", "the clock: run or stand, a step back, a step on"},
     Control{"S, F3", "show or hide the statistics"},
-    Control{"H, F1", "show or hide this help"},
-    Control{"Q", "quit"},
+    Control{"H, F1; Q", "show or hide this help; quit"},
 };
 
 void drawText(float x, float y, const std::string& text) {

@@ -36,9 +36,21 @@ void ViewTravel::handle(ViewKey key, double now_s) {
     keyFrames_.frames().push_back({.camera = camera()});
     keyFrames_.shown() = true;
   }
+  if (key == ViewKey::walk || key == ViewKey::fly) toggleWalk(key == ViewKey::walk ? Gait::walk : Gait::fly, now_s);
   if (key == ViewKey::inertia) {
     controls_.inertia() = !controls_.inertia();
     notify_(controls_.inertia() ? "a drag goes on when let go" : "a drag ends where it is let go");
+  }
+}
+
+void ViewTravel::toggleWalk(Gait gait, double now_s) {
+  controls_.toggle(gait, ground_, now_s);
+  if (const Walking* const walking = controls_.walking(); walking == nullptr) {
+    notify_(controls_.moving() ? "landing, to walk" : "keys lead the picture again");
+  } else if (gait == Gait::walk) {
+    notify_("walking: W A S D or arrows, drag to look around, Shift: faster, wheel: pace, T: end");
+  } else {
+    notify_("flying: W A S D or arrows, Page Up and Down, drag to look around, Shift: faster, wheel: pace, U: end");
   }
 }
 

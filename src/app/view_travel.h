@@ -43,6 +43,7 @@ class ViewTravel {
   void flyTo(const scene::Camera& camera, double now_s);
   void play(double now_s);
   void toggleRecording(double now_s);
+  void toggleWalk(Gait gait, double now_s);
   void save(std::span<const scene::CameraPath::Key> keys);
 
   ViewControls& controls_;

@@ -32,6 +32,7 @@ struct Heard {
   std::deque<Typed> typed;         ///< waits until a field of text is ready for it
   bool typing = false;             ///< a panel that has a field of text is open
   bool swallowsCharacter = false;  ///< that of the key which opened it
+  bool motion = false;             ///< keys lead the eye
   /// Where the cursor was at the last event; the window system itself only knows where it is by now.
   scene::PixelPosition cursor;
 };
@@ -116,7 +117,7 @@ void onScroll(GLFWwindow* window, double across, double steps) {
 }
 
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 45> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 47> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -162,6 +163,8 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_F9, ViewKey::record},
       {GLFW_KEY_M, ViewKey::inertia},
       {GLFW_KEY_V, ViewKey::settings},
+      {GLFW_KEY_T, ViewKey::walk},
+      {GLFW_KEY_U, ViewKey::fly},
   }};
   const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
   if (found == kKeys.end()) return std::nullopt;
@@ -182,10 +185,36 @@ std::optional<ViewKey> namedKey(int key, int scancode) {
   return keyFrom(key);
 }
 
+constexpr std::array<std::pair<int, MotionKey>, 12> kMotion{{
+    {GLFW_KEY_W, MotionKey::ahead},
+    {GLFW_KEY_S, MotionKey::back},
+    {GLFW_KEY_A, MotionKey::left},
+    {GLFW_KEY_D, MotionKey::right},
+    {GLFW_KEY_UP, MotionKey::ahead},
+    {GLFW_KEY_DOWN, MotionKey::back},
+    {GLFW_KEY_LEFT, MotionKey::left},
+    {GLFW_KEY_RIGHT, MotionKey::right},
+    {GLFW_KEY_PAGE_UP, MotionKey::up},
+    {GLFW_KEY_PAGE_DOWN, MotionKey::down},
+    {GLFW_KEY_LEFT_SHIFT, MotionKey::faster},
+    {GLFW_KEY_RIGHT_SHIFT, MotionKey::faster},
+}};
+
+/// A release is told whoever has the keys: nothing stays down. True: the key is for nothing else.
+bool motionTakes(Heard& heard, int key, int action, bool typing) {
+  if (!heard.motion) return false;
+  const auto found = std::find_if(kMotion.begin(), kMotion.end(), [key](const auto& k) { return k.first == key; });
+  if (found == kMotion.end() || (typing && action != GLFW_RELEASE)) return false;
+  if (action != GLFW_REPEAT) heard.events.emplace_back(MotionKeyChanged{found->second, action == GLFW_PRESS});
+  return !typing;
+}
+
 void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
   Heard& heard = heardBy(window);
   heard.swallowsCharacter = false;
-  if (heard.typing || ImGui::GetIO().WantTextInput) {
+  const bool typing = heard.typing || ImGui::GetIO().WantTextInput;
+  if (motionTakes(heard, key, action, typing)) return;
+  if (typing) {
     heard.typed.push_back({key, scancode, action, mods});
     if (key == GLFW_KEY_ESCAPE && action == GLFW_PRESS) heard.events.emplace_back(KeyPressed{ViewKey::escape, {}});
     heard.events.emplace_back(PanelTouched{});
@@ -362,6 +391,16 @@ std::vector<InputEvent> ViewWindow::takeEvents() {
 
 void ViewWindow::expectText(bool expected) {
   state_->heard.typing = expected;
+}
+
+void ViewWindow::expectMotion(bool expected) {
+  Heard& heard = state_->heard;
+  if (expected == heard.motion) return;
+  heard.motion = expected;
+  for (const auto& [key, motion] : kMotion) {
+    if (expected && glfwGetKey(state_->window, key) == GLFW_PRESS)
+      heard.events.emplace_back(MotionKeyChanged{motion, true});
+  }
 }
 
 bool ViewWindow::hasTyped() const {

@@ -44,6 +44,9 @@ class ViewWindow {
   /// While a panel with a field of text is open, keys are the panel's and no controls; they wait until the field is
   /// there. The key that goes somewhere (ViewKey::goTo) begins it. Also without it a field that is clicked gets them.
   void expectText(bool expected);
+  /// While keys lead the eye, W, A, S, D by their place on the keyboard, the arrows, Page Up and Down and Shift are
+  /// told as MotionKeyChanged and nothing else; those that are down when it begins are told then.
+  void expectMotion(bool expected);
   /// Something typed waits for the next beginPanels(). Each takes one: Dear ImGui hears of a key no more than one
   /// change a drawing, and keeps the rest for later ones, which a program that sleeps would not make.
   bool hasTyped() const;
