@@ -12,14 +12,13 @@ Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
 import csv
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import time
 
 import view_test
-from view_test import SKIPPED, Display, picture, wait_for
+from view_test import Display, main_of, picture, wait_for
 
 SIZE = (240, 180)
 CAMERA = "24,84,200000,20,-25,0"
@@ -336,15 +335,8 @@ def test_who_is_refused(stage):
     assert "HOST:PORT" in stage.wrong(stage.scene, "--follow", "nonsense", status=2)
 
 
-def main():
-    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+def run_all(program, source, folder):
     frames = 1000 if "--whole" in sys.argv else 100
-    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
-    if missing:
-        print("skipped, not installed: " + " ".join(missing))
-        return SKIPPED
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
     stage = Stage(program, source, folder)
     try:
         leader = stage.lead("--patience", "60000")
@@ -357,8 +349,7 @@ def main():
         test_who_is_refused(stage)
     finally:
         stage.end()
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(run_all))

@@ -7,7 +7,6 @@ light. What is drawn then is what `render` draws of such a scene.
 Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
 """
 import os
-import shutil
 import subprocess
 import sys
 
@@ -105,14 +104,7 @@ def test_settings(viewer, unlit, at_time):
     view_test.wait_for("a picture without light", shows(unlit))
 
 
-def main():
-    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
-    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
-    if missing:
-        print("skipped, not installed: " + " ".join(missing))
-        return view_test.SKIPPED
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
+def run_all(program, source, folder):
     for layer, raster in LAYERS.items():
         subprocess.run([program, "build", os.path.join(folder, f"{layer}.tdb"), os.path.join(source, "data/earth", raster), "--kind", "imagery",
                         "--tiling", "cube", "--max-level", "1"], check=True, stderr=subprocess.DEVNULL)
@@ -131,8 +123,7 @@ def main():
         if viewer:
             viewer.end()
         display.stop()
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(view_test.main_of(run_all))

@@ -193,6 +193,41 @@ def on_sphere(camera, pixel, size=SIZE):
     return math.degrees(math.asin(p[2] / RADIUS_M)), math.degrees(math.atan2(p[1], p[0]))
 
 
+def run_steps(steps):
+    """One after the other, and how long each took."""
+    for step in steps:
+        began = time.monotonic()
+        step()
+        print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s", flush=True)
+
+
+def run_in_window(program, folder, scene, start, steps_of):
+    """The steps that `steps_of(viewer)` returns, with a viewer on a display of its own once its first picture stands."""
+    display = Display()
+    viewer = None
+    try:
+        viewer = Viewer(program, display, folder, scene, ",".join(map(str, start)))
+        viewer.wait_until_complete()
+        run_steps(steps_of(viewer))
+    finally:
+        if viewer:
+            viewer.end()
+        display.stop()
+
+
+def main_of(run):
+    """Calls `run(program, source, folder)` of the command line, the folder empty, where the machine can show a window."""
+    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
+    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
+    if missing:
+        print("skipped, not installed: " + " ".join(missing))
+        return SKIPPED
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    run(program, source, folder)
+    return 0
+
+
 def check_near(what, value, wished, tolerance):
     assert abs(value - wished) <= tolerance, f"{what}: {value}, not {wished} within {tolerance}"
 
@@ -491,27 +526,12 @@ def run_all(program, source, folder):
         steps.append(lambda: test_low_start(program, display, folder, scene))
         steps.append(lambda: test_automatic_quality(program, display, folder, scene, start))
         steps.append(lambda: test_sigterm_closes_the_window(program, display, folder, scene, start))
-        for step in steps:
-            began = time.monotonic()
-            step()
-            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s")
+        run_steps(steps)
     finally:
         if viewer:
             viewer.end()
         display.stop()
 
 
-def main():
-    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
-    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
-    if missing:
-        print("skipped, not installed: " + " ".join(missing))
-        return SKIPPED
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    run_all(program, source, folder)
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(run_all))

@@ -7,14 +7,11 @@ Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
 """
 import csv
 import math
-import os
 import random
 import re
-import shutil
 import sys
-import time
 
-from view_test import SIZE, SKIPPED, FOV_DEGREES, Display, Viewer, check_near, height_of_ground, make_scene, on_sphere, wait_for
+from view_test import FOV_DEGREES, SIZE, check_near, height_of_ground, main_of, make_scene, on_sphere, run_in_window, wait_for
 
 START = [20.0, -40.0, 9000000.0, 0.0, -90.0, 0.0]
 
@@ -160,35 +157,10 @@ def test_input_storm(viewer, program, folder):
 
 def run_all(program, source, folder):
     scene = make_scene(program, source, folder)
-    display = Display()
-    viewer = None
-    try:
-        viewer = Viewer(program, display, folder, scene, ",".join(map(str, START)))
-        viewer.wait_until_complete()
-        steps = [lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
-                 lambda: test_recording(viewer, scene),
-                 lambda: test_go_to(viewer), lambda: test_input_storm(viewer, program, folder)]
-        for step in steps:
-            began = time.monotonic()
-            step()
-            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s", flush=True)
-    finally:
-        if viewer:
-            viewer.end()
-        display.stop()
-
-
-def main():
-    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
-    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
-    if missing:
-        print("skipped, not installed: " + " ".join(missing))
-        return SKIPPED
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    run_all(program, source, folder)
-    return 0
+    run_in_window(program, folder, scene, START, lambda viewer: [
+        lambda: test_inertia(viewer), lambda: viewer.key("m"), lambda: test_flight_home(viewer), lambda: test_double_click(viewer),
+        lambda: test_recording(viewer, scene), lambda: test_go_to(viewer), lambda: test_input_storm(viewer, program, folder)])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(run_all))

@@ -6,12 +6,10 @@
 Exit status 77 (skipped) where Xvfb, xdotool or ImageMagick are missing.
 """
 import math
-import os
-import shutil
 import sys
 import time
 
-from view_test import SKIPPED, Display, Viewer, check_near, height_of_ground, make_scene, wait_for
+from view_test import check_near, height_of_ground, main_of, make_scene, run_in_window, wait_for
 
 START = [46.6, 8.0, 6000.0, 40.0, -30.0, 0.0]  # over the Alps
 
@@ -118,33 +116,10 @@ def test_fly(viewer, program):
 
 def run_all(program, source, folder):
     scene = make_scene(program, source, folder)
-    display = Display()
-    viewer = None
-    try:
-        viewer = Viewer(program, display, folder, scene, ",".join(map(str, START)))
-        viewer.wait_until_complete()
-        for step in (lambda: test_landing(viewer, program), lambda: test_walk(viewer, program), lambda: test_look(viewer),
-                     lambda: test_wheel_is_pace(viewer), lambda: test_fly(viewer, program)):
-            began = time.monotonic()
-            step()
-            print(f"{step.__code__.co_names[0]}: {time.monotonic() - began:.1f} s", flush=True)
-    finally:
-        if viewer:
-            viewer.end()
-        display.stop()
-
-
-def main():
-    program, source, folder = (os.path.abspath(p) for p in sys.argv[1:4])
-    missing = [tool for tool in ("Xvfb", "xdotool", "import", "convert", "identify") if not shutil.which(tool)]
-    if missing:
-        print("skipped, not installed: " + " ".join(missing))
-        return SKIPPED
-    shutil.rmtree(folder, ignore_errors=True)
-    os.makedirs(folder)
-    run_all(program, source, folder)
-    return 0
+    run_in_window(program, folder, scene, START, lambda viewer: [
+        lambda: test_landing(viewer, program), lambda: test_walk(viewer, program), lambda: test_look(viewer),
+        lambda: test_wheel_is_pace(viewer), lambda: test_fly(viewer, program)])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(run_all))
