@@ -31,10 +31,7 @@ void ViewControls::resize(scene::Viewport viewport) {
     view->viewport = viewport;
   drag_.reset();
   stop();
-  if (!walking_) return;
-  const Gait gait = walking_->gait();
-  endWalk();
-  walking_.emplace(gait, wished_, pace_, 0.0);
+  if (walking_) walking_->resize(viewport);
 }
 
 bool ViewControls::changed(const scene::View& wished) {
@@ -80,9 +77,7 @@ void ViewControls::toggle(Gait gait, const scene::Ground& ground, double now_s) 
   drag_.reset();
   stop();
   if (same) return;
-  const geo::Direction place = ground.ellipsoid.directionFromBody(view_.eye);
-  const double over_m = ground.ellipsoid.geodeticFromBody(view_.eye).height_m - ground.heightOrZero_m(place);
-  if (gait == Gait::walk && over_m > kWalksFrom_m) {
+  if (gait == Gait::walk && scene::heightAboveGround_m(view_.eye, ground) > kWalksFrom_m) {
     flyTo(landing(view_, ground), ground, now_s);
     landsTo_ = gait;
   } else {

@@ -89,7 +89,7 @@ scene::View landing(const scene::View& view, const scene::Ground& ground) {
   const auto grip = scene::gripAt(view, scene::centreOf(view.viewport), ground);
   scene::Pose pose = scene::poseOf(view, ground.ellipsoid);
   const geo::Direction place = grip ? ground.ellipsoid.directionFromBody(grip->point) : pose.up;
-  pose = scene::carriedTo(pose, place, ground.heightOrZero_m(place) + scene::kClearance_m);
+  pose = scene::carriedTo(pose, place, scene::leastHeight_m(place, ground));
   pose.pitch = geo::Angle::degrees(0);
   return scene::viewOf(pose, ground.ellipsoid, view);
 }

@@ -23,6 +23,11 @@ class Walking {
 
   /// True: the view changes, now or while time passes.
   bool handle(const InputEvent& event, const scene::Ground& ground, double now_s);
+  /// A turn of the eye by hand ends with it; keys stay down.
+  void resize(scene::Viewport viewport) {
+    walker_.view.viewport = viewport;
+    dragged_.reset();
+  }
   /// Up to now; true: the view has changed.
   bool advance(const scene::Ground& ground, double now_s);
   /// Whether the eye moves without another event.

@@ -26,9 +26,7 @@ View above(geo::Angle lat, geo::Angle lon, double overGround_m, const View& now,
 
 View arrivalAt(const WrittenPlace& place, const View& now, const Ground& ground) {
   if (place.hasHeight) return cleared(viewOf(place.camera, ground.ellipsoid, now.verticalFov, now.viewport), ground);
-  const double here_m = ground.ellipsoid.geodeticFromBody(now.eye).height_m -
-                        ground.heightOrZero_m(ground.ellipsoid.directionFromBody(now.eye));
-  const double over_m = std::min(here_m, ground.ellipsoid.semiMajorAxis_m() / 600.0);
+  const double over_m = std::min(heightAboveGround_m(now.eye, ground), ground.ellipsoid.semiMajorAxis_m() / 600.0);
   return above(place.camera.position.lat, place.camera.position.lon, over_m, now, ground);
 }
 

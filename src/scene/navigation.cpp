@@ -12,14 +12,6 @@ using geo::Angle;
 using geo::BodyPosition;
 using geo::Vec3;
 
-double leastHeight_m(const geo::Direction& place, const Ground& ground) {
-  return ground.heightOrZero_m(place) + kClearance_m;
-}
-
-double greatestHeight_m(const Ground& ground) {
-  return kHighest_radii * ground.ellipsoid.semiMajorAxis_m();
-}
-
 Pose clearedPose(Pose pose, const Ground& ground) {
   pose.height_m = std::max(pose.height_m, leastHeight_m(pose.up, ground));
   return pose;
@@ -266,6 +258,14 @@ class OrbitPath {
 };
 
 }  // namespace
+
+double leastHeight_m(const geo::Direction& place, const Ground& ground) {
+  return ground.heightOrZero_m(place) + kClearance_m;
+}
+
+double greatestHeight_m(const Ground& ground) {
+  return kHighest_radii * ground.ellipsoid.semiMajorAxis_m();
+}
 
 std::optional<Grip> gripAt(const View& view, PixelPosition pixel, const Ground& ground) {
   const auto point = pointUnder(view, pixel, ground);

@@ -29,6 +29,11 @@ struct Grip {
   geo::BodyPosition point;
 };
 
+/// The least height of the eye above the ellipsoid at a place, in metres.
+double leastHeight_m(const geo::Direction& place, const Ground& ground);
+/// The greatest.
+double greatestHeight_m(const Ground& ground);
+
 /// Takes hold of what lies under the cursor; nothing in the sky.
 std::optional<Grip> gripAt(const View& view, PixelPosition pixel, const Ground& ground);
 

@@ -12,11 +12,6 @@ constexpr double kSmallestStep_m = 1e-3;
 constexpr int kMostSteps = 20000;
 constexpr int kHalvings = 60;
 
-double heightAboveGround(const geo::BodyPosition& p, const Ground& ground) {
-  const geo::Geodetic g = ground.ellipsoid.geodeticFromBody(p);
-  return g.height_m - ground.heightOrZero_m(ground.ellipsoid.directionFromBody(p));
-}
-
 geo::BodyPosition at(const geo::Ray& ray, double t) {
   return ray.origin + ray.direction * t;
 }
@@ -25,7 +20,7 @@ geo::BodyPosition at(const geo::Ray& ray, double t) {
 double crossing(const geo::Ray& ray, const Ground& ground, double above, double below) {
   for (int i = 0; i < kHalvings; ++i) {
     const double middle = 0.5 * (above + below);
-    (heightAboveGround(at(ray, middle), ground) > 0.0 ? above : below) = middle;
+    (heightAboveGround_m(at(ray, middle), ground) > 0.0 ? above : below) = middle;
   }
   return below;
 }
@@ -46,6 +41,10 @@ std::optional<Stretch> insideShell(const geo::Ray& ray, const geo::Ellipsoid& el
 }
 
 }  // namespace
+
+double heightAboveGround_m(const geo::BodyPosition& p, const Ground& ground) {
+  return ground.ellipsoid.geodeticFromBody(p).height_m - ground.heightOrZero_m(ground.ellipsoid.directionFromBody(p));
+}
 
 PixelPosition centreOf(const Viewport& viewport) {
   return {0.5 * viewport.width, 0.5 * viewport.height};
@@ -78,11 +77,11 @@ std::optional<geo::BodyPosition> groundAlong(const geo::Ray& ray, const Ground& 
   const auto stretch = insideShell(ray, ground.ellipsoid, top_m);
   if (!stretch) return std::nullopt;
   double above = stretch->from;
-  double clearance_m = heightAboveGround(at(ray, above), ground);
+  double clearance_m = heightAboveGround_m(at(ray, above), ground);
   for (int i = 0; i < kMostSteps && above < stretch->to; ++i) {
     if (!(clearance_m > 0.0)) return at(ray, above);
     const double next = above + std::max({0.5 * clearance_m, 0.5 * pixelAngle * above, kSmallestStep_m});
-    clearance_m = heightAboveGround(at(ray, next), ground);
+    clearance_m = heightAboveGround_m(at(ray, next), ground);
     if (!(clearance_m > 0.0)) return at(ray, crossing(ray, ground, above, next));
     above = next;
   }

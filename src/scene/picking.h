@@ -26,6 +26,9 @@ struct Ground {
   double heightOrZero_m(const geo::Direction& d) const { return height_m ? height_m(d).value_or(0.0) : 0.0; }
 };
 
+/// Metres above the ground under it, along the ellipsoid's normal.
+double heightAboveGround_m(const geo::BodyPosition& p, const Ground& ground);
+
 /// The direction from the eye, in view axes (x right, y up, z backwards), of unit length, through a place on the
 /// picture's plane; places outside the picture are fine.
 geo::Vec3 viewDirectionThrough(const View& view, PixelPosition pixel);

@@ -18,7 +18,8 @@ constexpr double kAhead_s = 0.4;
 constexpr int kLooksAhead = 16;
 constexpr double kStands_m = 1e-3;
 
-/// How the normal turns for a metre of way at this height: the ellipsoid's curvature along the meridian and across it.
+/// How the normal turns for a metre of way at this height: the ellipsoid's radii of curvature along the meridian and
+/// across it (Snyder, Map Projections, USGS Professional Paper 1395, equations 4-18 and 4-20).
 Vec3 turnPerMetre(const Pose& pose, const Vec3& way, const geo::Ellipsoid& ellipsoid) {
   const Vec3& n = pose.up.n;
   const double a = ellipsoid.semiMajorAxis_m(), f = ellipsoid.flattening();
@@ -62,10 +63,6 @@ int stepsIn(double seconds) {
   return std::max(1, static_cast<int>(std::ceil(seconds / kStep_s - 1e-9)));
 }
 
-double floor_m(const geo::Direction& place, const Ground& ground) {
-  return ground.heightOrZero_m(place) + kClearance_m;
-}
-
 /// The least vertical speed at which the eye is over all ground that it reaches within kAhead_s.
 double neededClimb_mps(const Pose& pose, const Stride& stride, double speed_mps, const Ground& ground) {
   double needed = -1e9;
@@ -73,7 +70,7 @@ double neededClimb_mps(const Pose& pose, const Stride& stride, double speed_mps,
     const double t = kAhead_s * i / kLooksAhead;
     const double way_m = speed_mps * t;
     const Pose there = carriedAhead(pose, stride.ahead * way_m, stride.right * way_m, ground.ellipsoid);
-    needed = std::max(needed, (floor_m(there.up, ground) - pose.height_m) / t);
+    needed = std::max(needed, (leastHeight_m(there.up, ground) - pose.height_m) / t);
   }
   return needed;
 }
@@ -95,13 +92,13 @@ struct Footing {
 
 Footing stepped(Footing now, const Stride& stride, double speed_mps, double seconds, const Ground& ground) {
   const bool walks = !stride.rests() && speed_mps > 0.0;
-  const double over_m = now.pose.height_m - floor_m(now.pose.up, ground);
+  const double over_m = now.pose.height_m - leastHeight_m(now.pose.up, ground);
   const double needed = walks ? neededClimb_mps(now.pose, stride, speed_mps, ground) : -1e9;
   now.climb_mps = nextClimb_mps(now.climb_mps, std::max(over_m, 0.0), needed, seconds);
   const double way_m = speed_mps * seconds;
   now.pose = carriedAhead(now.pose, stride.ahead * way_m, stride.right * way_m, ground.ellipsoid);
   now.pose.height_m += now.climb_mps * seconds;
-  const double least_m = floor_m(now.pose.up, ground);
+  const double least_m = leastHeight_m(now.pose.up, ground);
   const bool settles = !walks && now.climb_mps <= 0.0 && now.climb_mps > -kStands_m * kSettling_per_s;
   if (now.pose.height_m <= least_m + (settles ? kStands_m : 0.0)) {
     now.pose.height_m = least_m;
@@ -125,29 +122,27 @@ Walker walked(const Walker& start, const Stride& stride, double speed_mps, doubl
 }
 
 bool stands(const Walker& walker, const Ground& ground) {
-  const double height_m = ground.ellipsoid.geodeticFromBody(walker.view.eye).height_m;
-  const geo::Direction place = ground.ellipsoid.directionFromBody(walker.view.eye);
-  return walker.climb_mps == 0.0 && std::abs(height_m - floor_m(place, ground)) <= kStands_m;
+  return walker.climb_mps == 0.0 && std::abs(heightAboveGround_m(walker.view.eye, ground) - kClearance_m) <= kStands_m;
 }
 
 View flown(const View& start, const Stride& stride, double rate, double seconds, const Ground& ground) {
   const Stride wished = shortened(stride, true);
   if (!(seconds > 0.0) || wished.rests()) return cleared(start, ground);
-  const double highest_m = (kHighest_radii - 1.0) * ground.ellipsoid.semiMajorAxis_m();
   const int steps = stepsIn(seconds);
   Pose pose = poseOf(start, ground.ellipsoid);
   const double sine = std::sin(pose.pitch.radians()), cosine = std::cos(pose.pitch.radians());
   const double way_per_height = rate * seconds / steps;
   const double rise = wished.ahead * sine + wished.up;
+  double least_m = leastHeight_m(pose.up, ground);
   for (int i = 0; i < steps; ++i) {
-    const double over_m = pose.height_m - ground.heightOrZero_m(pose.up);
+    const double over_m = pose.height_m - least_m + kClearance_m;
     // On a straight way through the step the height changes too: that of its middle counts.
     const double middle_m = std::max(over_m * (1.0 + 0.5 * way_per_height * rise), kClearance_m);
     const double way_m = way_per_height * middle_m;
     pose = carriedAhead(pose, wished.ahead * cosine * way_m, wished.right * way_m, ground.ellipsoid);
-    const double ceiling_m = std::max(pose.height_m, highest_m);
-    pose.height_m = std::clamp(pose.height_m + rise * way_m, floor_m(pose.up, ground),
-                               std::max(ceiling_m, floor_m(pose.up, ground)));
+    least_m = leastHeight_m(pose.up, ground);
+    const double greatest_m = std::max({pose.height_m, greatestHeight_m(ground), least_m});
+    pose.height_m = std::clamp(pose.height_m + rise * way_m, least_m, greatest_m);
   }
   return viewOf(pose, ground.ellipsoid, start);
 }

@@ -7,7 +7,7 @@
 //  - The way over the ground is the geodesic ahead: latitude and longitude change by the ellipsoid's radii of curvature
 //    at the eye, and what is ahead is carried along in parallel. So straight on is straight on, also over a pole; the
 //    heading that is shown changes as that of a great circle does. Pitch and roll stay.
-//  - The eye stays at least kClearance_m above the ground, and at most kHighest_radii from the body.
+//  - The eye stays at least kClearance_m above the ground, and at most as high as kHighest_radii says.
 //  - Where no ground is known the ellipsoid counts. Arguments are finite, seconds >= 0.
 namespace tellurion::scene {
 
