@@ -57,6 +57,7 @@ struct Globe::State {
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
+  void name(const GlobeLayers::Imagery& layer);
   std::unique_ptr<Generation> generation();
   void show(std::unique_ptr<Generation> one);
   void renewPictures(const Selection& selection, const Residency* gpu);
@@ -116,6 +117,15 @@ struct Globe::State {
   DrawnPatches patches;   ///< likewise, after that
   io::Executor executor;  ///< last: its workers use what stands above
 };
+
+/// A layer on top of those that have been named.
+void Globe::State::name(const GlobeLayers::Imagery& layer) {
+  imageryOrder.push_back(static_cast<std::uint32_t>(imageryNames.size()));
+  frame.looks.push_back(layer.look);
+  const LayerSource& named = layer.steps.empty() ? layer.source : layer.steps.front().source;
+  const std::string& source = named.open ? named.open->info().name : named.name;
+  imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
+}
 
 std::unique_ptr<Generation> Globe::State::generation() {
   ContentMaker maker = roster->maker(globeOptions.regularMesh, globeOptions.compressTextures);
@@ -372,13 +382,8 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
                                                      const GlobeOptions& options) {
   auto state = std::make_unique<State>(scene, options);
   state->resources = layers.resources;
-  for (const GlobeLayers::Imagery& layer : layers.imagery) {
-    state->imageryOrder.push_back(static_cast<std::uint32_t>(state->imageryOrder.size()));
-    state->frame.looks.push_back(layer.look);
-    const LayerSource& named = layer.steps.empty() ? layer.source : layer.steps.front().source;
-    const std::string& source = named.open ? named.open->info().name : named.name;
-    state->imageryNames.push_back(layer.name.empty() ? source.substr(source.find_last_of('/') + 1) : layer.name);
-  }
+  for (const GlobeLayers::Imagery& layer : layers.imagery)
+    state->name(layer);
   auto roster = LayerRoster::create(scene, std::move(layers), state->sourceBudget(), state->fetches, state->bell);
   if (!roster) return tl::unexpected(std::move(roster.error()));
   state->roster = std::move(*roster);
@@ -389,6 +394,29 @@ io::Result<std::unique_ptr<Globe>> Globe::fromLayers(const Scene& scene, GlobeLa
   if (scene.lighting.sun == Lighting::Sun::byClock && !state->sunByClock) return tl::unexpected(noSunByClock(scene));
   state->show(state->generation());
   return std::unique_ptr<Globe>(new Globe(std::move(state)));
+}
+
+io::Result<void> Globe::addImagery(const ImageryLayer& layer) {
+  State& s = *state_;
+  if (layer.derived && !layer.derived->of)
+    return io::fail(io::Failure::Code::unsupported, "a layer that is added needs a source of its own", layer.name);
+  Scene scene;
+  scene.body = s.body;
+  scene.tiling = s.shown->forest.maker().tiling.scheme();
+  scene.imagery.push_back(layer);
+  const std::uint64_t imageBytes = s.globeOptions.cpuCacheBytes / 2 / (s.imageryNames.size() + 1);
+  auto layers = openLayers(scene, {}, {}, s.globeOptions.online, imageBytes, s.resources);
+  if (!layers) return tl::unexpected(std::move(layers.error()));
+  if (!s.resources) s.resources = layers->resources;
+  return addImagery(std::move(layers->imagery.front()));
+}
+
+io::Result<void> Globe::addImagery(GlobeLayers::Imagery layer) {
+  State& s = *state_;
+  GlobeLayers::Imagery named = layer;
+  if (auto added = s.roster->addImagery(std::move(layer)); !added) return added;
+  s.name(named);
+  return {};
 }
 
 const geo::Body& Globe::body() const {

@@ -53,13 +53,23 @@ class Globe {
   static io::Result<std::unique_ptr<Globe>> fromLayers(const Scene& scene, GlobeLayers layers,
                                                        const GlobeOptions& options = {});
   ~Globe();
+
+  /// One more imagery layer on top of all others, which joins as late layers do; until it can, all is drawn as it was.
+  /// imageryLooks(), imageryNames() and imageryOrder() then have one more, and what they gave before is of no use.
+  /// Opens as open() does, so a raster that has to be built into a tile database keeps the caller waiting; a service
+  /// does not, and what is wrong with it is told by troubles() and failures(). Fails, and changes nothing, where what
+  /// is open does not fit, and for what shows the scene's heights (ImageryLayer::derived without heights of its own).
+  io::Result<void> addImagery(const ImageryLayer& layer);
+  /// The same from these sources.
+  io::Result<void> addImagery(GlobeLayers::Imagery layer);
+
   Globe(const Globe&) = delete;
   Globe& operator=(const Globe&) = delete;
 
   const geo::Body& body() const;
   Lighting& lighting();  ///< may be changed at any time; counts from the next update
   std::array<float, 3>& background();
-  Air& air();  ///< likewise; the renderer must be ready for it (render::Renderer::prepareAir)
+  Air& air();          ///< likewise; the renderer must be ready for it (render::Renderer::prepareAir)
   SkySettings& sky();  ///< likewise (render::Renderer::prepareSky)
   /// How each imagery layer is shown, bottom first. May be changed at any time and counts from the next update: nothing
   /// is loaded again, and the same tiles are drawn, but for layers that become visible or are visible no more: their

@@ -218,5 +218,61 @@ TEST_P(JoiningLayers, oneThatHangsKeepsNoOtherOut) {
   }
 }
 
+/// Added while the globe is shown, it joins like any other, on top, and nothing of what is shown suffers.
+TEST_P(JoiningLayers, oneThatIsAddedJoinsAsIfItHadBeenThere) {
+  const View view = hillsView();
+  const auto places = placesIn(view);
+  Remote lower(raster::Kind::imagery, GetParam());
+  Remote upper(raster::Kind::imagery, GetParam(), 5);
+  const auto globe =
+      globeOf({.elevation = {planet}, .imagery = {{.source = lower.planet}}, .resources = {}}, GetParam());
+  const auto before = pictureOf(completed(*globe, view, {}));
+  const auto levels = levelsAt(globe->update(view), tiling, places);
+  const LayerSource::Opening opening = [&]() -> io::Result<LayerSource::Pointer> {
+    return LayerSource::Pointer(upper.source);
+  };
+  const LayerLook look{.opacity = 0.5};
+  ASSERT_TRUE(globe->addImagery({.source = LayerSource(opening, "http://there/map"), .look = look, .name = "added"}));
+  EXPECT_EQ(globe->imageryNames().back(), "added");
+  EXPECT_EQ(globe->imageryLooks().back().opacity, 0.5);
+  EXPECT_EQ(globe->imageryOrder().back(), 1u);
+  for (int i = 0; i < 30; ++i) {
+    const Frame& frame = globe->update(view);
+    EXPECT_GT(frame.statistics.layersComing, 0);
+    EXPECT_EQ(pictureOf(frame), before);
+    globe->waitForArrivals(5ms);
+  }
+  std::size_t coarser = 0;
+  EXPECT_TRUE(comesTrue(*globe, view, [&](const Frame& frame) {
+    upper.server->serve(2);
+    coarser += coarserPlaces(levelsAt(frame, tiling, places), levels);
+    return frame.complete;
+  }));
+  EXPECT_EQ(coarser, 0u);
+  expectAskedOnce(*upper.server);
+  const auto together = globeOf({.elevation = {planet},
+                                 .imagery = {{.source = lower.planet}, {.source = upper.planet, .look = look}},
+                                 .resources = {}},
+                                GetParam());
+  EXPECT_EQ(pictureOf(completed(*globe, view, {})), pictureOf(completed(*together, view, {})));
+}
+
+TEST(JoiningLayers, whatDoesNotFitIsNotAdded) {
+  const View view = hillsView();
+  Remote colours(raster::Kind::imagery);
+  const auto globe = globeOf({.elevation = {}, .imagery = {{.source = colours.planet}}, .resources = {}});
+  const auto before = pictureOf(completed(*globe, view, {}));
+  const auto other = std::make_shared<ProceduralSource>(raster::Kind::imagery, Scheme::healpix, 3);
+  const auto refused = globe->addImagery({.source = colours.planet, .alsoFrom = {other}});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(io::describe(refused.error()).find("healpix"), std::string::npos) << io::describe(refused.error());
+  EXPECT_FALSE(globe->addImagery(ImageryLayer{.name = {}, .source = "/no/such/raster.tif"}));
+  EXPECT_FALSE(globe->addImagery(ImageryLayer{.derived = DerivedImagery{}})) << "of the heights of the scene";
+  EXPECT_EQ(globe->imageryLooks().size(), 1u);
+  EXPECT_EQ(globe->imageryNames().size(), 1u);
+  EXPECT_EQ(globe->imageryOrder().size(), 1u);
+  EXPECT_EQ(pictureOf(completed(*globe, view, {})), before);
+}
+
 }  // namespace
 }  // namespace tellurion::scene

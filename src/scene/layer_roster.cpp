@@ -18,6 +18,7 @@ constexpr double kUnseenGround = 1e3;       ///< likewise: what is out of sight 
 constexpr double kUnseenPriority = 1e-12;   ///< after them
 constexpr std::chrono::seconds kLongestRetry{30};
 constexpr std::chrono::seconds kLongestAside{30};
+constexpr std::size_t kLayersToAdd = 2;            ///< that find threads free which open them, whoever hangs
 constexpr std::chrono::seconds kOverviewAlone{2};  ///< then roots are asked for as well: it may never come
 
 /// The cells a side of the tiles of the first source that is open already, which all others must have.
@@ -52,50 +53,73 @@ io::Result<std::unique_ptr<LayerRoster>> LayerRoster::create(const Scene& scene,
   bool isFirst = true;
   for (const LayerSource& source : layers.elevation)
     roster->cells_ = firstCells(source, roster->cells_, isFirst);
-  for (GlobeLayers::Imagery& layer : layers.imagery) {
-    ImageryLayout& layout = roster->layout_.emplace_back();
-    if (!layer.steps.empty()) {
-      const std::size_t first = stepAt(layer.steps, roster->time_s_);
-      layer.source = layer.steps[first].source;
-      layout.series = roster->seriesOf(std::move(layer.steps), first, roster->layout_.size() - 1);
-    }
-    layout.isStrength = layer.look.role != LayerRole::colour;
-    isFirst = true;
-    layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
-    for (const LayerSource& set : layer.alsoFrom)
-      layout.pixels = firstCells(set, layout.pixels, isFirst);
-  }
-
-  std::size_t late = 0;
-  const auto take = [&](raster::Kind kind, LayerSource& source, std::size_t layer) -> std::optional<io::Failure> {
-    Entry& entry = roster->add(kind, std::move(source), layer);
-    if (!entry.source.open) {
-      ++late;
-      return std::nullopt;
-    }
-    auto wrong = misfit(entry.source.open->info(), roster->tiling_, roster->body_, kind, roster->cellsOf(entry));
-    if (!wrong && kind == raster::Kind::elevation && !isMeshable(roster->cells_))
-      wrong =
-          io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
-                      entry.source.open->info().name};
-    if (!wrong) roster->begin(entry, Clock::now(), {});
-    return wrong;
-  };
+  for (GlobeLayers::Imagery& layer : layers.imagery)
+    roster->layOut(layer);
   for (std::size_t i = 0; i < layers.elevation.size(); ++i) {
-    if (auto wrong = take(raster::Kind::elevation, layers.elevation[i], i)) return tl::unexpected(std::move(*wrong));
+    if (auto wrong = roster->take(raster::Kind::elevation, std::move(layers.elevation[i]), i))
+      return tl::unexpected(std::move(*wrong));
   }
   for (std::size_t i = 0; i < layers.imagery.size(); ++i) {
-    GlobeLayers::Imagery& layer = layers.imagery[i];
-    if (auto wrong = take(raster::Kind::imagery, layer.source, i)) return tl::unexpected(std::move(*wrong));
-    if (layer.openSteps) roster->openFirstStep(*roster->imagery_.back(), layer);
-    for (LayerSource& set : layer.alsoFrom) {
-      if (auto wrong = take(raster::Kind::imagery, set, i)) return tl::unexpected(std::move(*wrong));
-    }
+    if (auto wrong = roster->takeImagery(std::move(layers.imagery[i]), i)) return tl::unexpected(std::move(*wrong));
   }
-  for (const ImageryLayout& layout : roster->layout_)
-    late += layout.series ? 1u : 0u;
-  if (late > 0) roster->openers_ = std::make_unique<SourceOpeners>(late, bell);
+  if (const std::size_t late = roster->sourcesToOpen(); late > 0)
+    roster->openers_ = std::make_unique<SourceOpeners>(late + kLayersToAdd, bell);
   return roster;
+}
+
+/// Sources that are not open, and series, which open one at a time.
+std::size_t LayerRoster::sourcesToOpen() const {
+  const auto isLate = [](const auto& entry) { return entry->state == Entry::State::opening; };
+  return static_cast<std::size_t>(
+      std::ranges::count_if(elevation_, isLate) + std::ranges::count_if(imagery_, isLate) +
+      std::ranges::count_if(layout_, [](const ImageryLayout& layout) { return layout.series != nullptr; }));
+}
+
+io::Result<void> LayerRoster::addImagery(GlobeLayers::Imagery layer) {
+  const std::size_t index = layout_.size(), entries = imagery_.size();
+  layOut(layer);
+  if (auto wrong = takeImagery(std::move(layer), index)) {
+    imagery_.resize(entries);
+    layout_.pop_back();
+    return tl::unexpected(std::move(*wrong));
+  }
+  if (!openers_ && sourcesToOpen() > 0) openers_ = std::make_unique<SourceOpeners>(kLayersToAdd, bell_);
+  return {};
+}
+
+void LayerRoster::layOut(GlobeLayers::Imagery& layer) {
+  ImageryLayout& layout = layout_.emplace_back();
+  if (!layer.steps.empty()) {
+    const std::size_t first = stepAt(layer.steps, time_s_);
+    layer.source = layer.steps[first].source;
+    layout.series = seriesOf(std::move(layer.steps), first, layout_.size() - 1);
+  }
+  layout.isStrength = layer.look.role != LayerRole::colour;
+  bool isFirst = true;
+  layout.pixels = firstCells(layer.source, layout.pixels, isFirst);
+  for (const LayerSource& set : layer.alsoFrom)
+    layout.pixels = firstCells(set, layout.pixels, isFirst);
+}
+
+std::optional<io::Failure> LayerRoster::takeImagery(GlobeLayers::Imagery layer, std::size_t index) {
+  if (auto wrong = take(raster::Kind::imagery, std::move(layer.source), index)) return wrong;
+  if (layer.openSteps) openFirstStep(*imagery_.back(), layer);
+  for (LayerSource& set : layer.alsoFrom) {
+    if (auto wrong = take(raster::Kind::imagery, std::move(set), index)) return wrong;
+  }
+  return std::nullopt;
+}
+
+std::optional<io::Failure> LayerRoster::take(raster::Kind kind, LayerSource source, std::size_t layer) {
+  Entry& entry = add(kind, std::move(source), layer);
+  if (!entry.source.open) return std::nullopt;
+  auto wrong = misfit(entry.source.open->info(), tiling_, body_, kind, cellsOf(entry));
+  if (!wrong && kind == raster::Kind::elevation && !isMeshable(cells_))
+    wrong =
+        io::Failure{io::Failure::Code::unsupported, "elevation tiles must have 4 to 128 cells a side, a power of two",
+                    entry.source.open->info().name};
+  if (!wrong) begin(entry, Clock::now(), {});
+  return wrong;
 }
 
 std::shared_ptr<LayerSeries> LayerRoster::seriesOf(std::vector<TimedSource> steps, std::size_t first,

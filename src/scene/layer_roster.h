@@ -31,6 +31,9 @@ class LayerRoster {
   static io::Result<std::unique_ptr<LayerRoster>> create(const Scene& scene, GlobeLayers layers,
                                                          std::uint64_t budgetBytes, TileFetches& fetches,
                                                          Doorbell& bell);
+  /// One more layer of imagery, which takes part once it can, with a share of the budget that is as large as the
+  /// others'. Fails, and changes nothing, when sources of it that are open do not fit.
+  io::Result<void> addImagery(GlobeLayers::Imagery layer);
   ~LayerRoster();
   LayerRoster(const LayerRoster&) = delete;
   LayerRoster& operator=(const LayerRoster&) = delete;
@@ -76,6 +79,10 @@ class LayerRoster {
   using Entry = RosterEntry;
   LayerRoster(const Scene& scene, TileFetches& fetches, Doorbell& bell);
   Entry& add(raster::Kind kind, LayerSource source, std::size_t layer);
+  std::optional<io::Failure> take(raster::Kind kind, LayerSource source, std::size_t layer);
+  void layOut(GlobeLayers::Imagery& layer);
+  std::size_t sourcesToOpen() const;
+  std::optional<io::Failure> takeImagery(GlobeLayers::Imagery layer, std::size_t index);
   std::shared_ptr<LayerSeries> seriesOf(std::vector<TimedSource> steps, std::size_t first, std::size_t layer);
   void openFirstStep(Entry& entry, const GlobeLayers::Imagery& layer);
   int cellsOf(const Entry& entry) const;

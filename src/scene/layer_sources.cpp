@@ -243,15 +243,17 @@ io::ResourceOptions withCacheFile(io::ResourceOptions options) {
 }
 
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop,
-                                   const io::ResourceOptions& online, std::uint64_t imageBytes) {
+                                   const io::ResourceOptions& online, std::uint64_t imageBytes,
+                                   std::shared_ptr<io::Resources> resources) {
   GlobeLayers layers;
+  layers.resources = std::move(resources);
   const auto isService = [](const auto& layer) { return layer.from == SourceKind::service; };
   const auto services =
       std::count_if(scene.elevation.begin(), scene.elevation.end(), isService) +
       std::count_if(scene.imagery.begin(), scene.imagery.end(), [&](const ImageryLayer& layer) {
         return isService(layer) || (layer.derived && layer.derived->of && isService(*layer.derived->of));
       });
-  if (services > 0) layers.resources = std::make_shared<io::Resources>(withCacheFile(online));
+  if (services > 0 && !layers.resources) layers.resources = std::make_shared<io::Resources>(withCacheFile(online));
   const ServiceUse use{.resources = layers.resources,
                        .imageBytes = imageBytes / static_cast<std::uint64_t>(std::max<std::ptrdiff_t>(services, 1))};
   const auto openImagery = [&](const ImageryLayer& layer,

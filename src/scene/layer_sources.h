@@ -19,11 +19,12 @@ inline constexpr double kWarningShare = -1.0;
 /// built, or waited for, gives Failure::Code::cancelled that names the raster; the next call goes on where it was.
 ///
 /// Rasters that are live, and catalogues, are opened as they are. Services are left to be opened (LayerSource::opening)
-/// with the resources that are made for all of them as `online` says (withCacheFile). imageBytes: for decoded images of
-/// all services.
+/// with `resources`, which where there are none are made for all of them as `online` says (withCacheFile). imageBytes:
+/// for decoded images of all services.
 io::Result<GlobeLayers> openLayers(const Scene& scene, const BuildSink& progress, const std::stop_token& stop = {},
                                    const io::ResourceOptions& online = {},
-                                   std::uint64_t imageBytes = std::uint64_t{128} << 20);
+                                   std::uint64_t imageBytes = std::uint64_t{128} << 20,
+                                   std::shared_ptr<io::Resources> resources = nullptr);
 
 /// Where it names no cache file, and has bytes for one: online.db in the cache folder, which is made.
 io::ResourceOptions withCacheFile(io::ResourceOptions options);

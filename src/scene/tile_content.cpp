@@ -133,10 +133,10 @@ void ContentMaker::addNeeds(const tiling::TileId& id, std::vector<TileNeed>& nee
   colours.addNeeds(id, needs);
 }
 
-double texelOf_m(const TileContent& content, const ColourLayers& layers, std::span<const LayerLook> looks) {
+double texelOf_m(const TileContent& content, const ColourLayers& layers, const std::vector<bool>& isVisible) {
   double largest_m = 0.0;
   for (std::size_t i = 0; i < content.pictures.size(); ++i) {
-    if (content.pictures[i].finerBelow && looks[i].visible)
+    if (content.pictures[i].finerBelow && isVisible[i])
       largest_m = std::max(largest_m, content.side_m / layers.pixels(i));
   }
   return largest_m;

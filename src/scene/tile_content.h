@@ -36,8 +36,8 @@ struct TileContent {
 /// The same tile with other pictures, a layer each.
 std::shared_ptr<const TileContent> withPictures(const TileContent& content, std::vector<LayerPicture> pictures);
 
-/// TileFacts::texel_m of a tile when these layers are looked at: those that have finer pictures below count.
-double texelOf_m(const TileContent& content, const ColourLayers& layers, std::span<const LayerLook> looks);
+/// TileFacts::texel_m of a tile, a flag each for the layers in sight: those that have finer pictures below count.
+double texelOf_m(const TileContent& content, const ColourLayers& layers, const std::vector<bool>& isVisible);
 
 /// Everything that makes contents. Immutable, thread-safe.
 struct ContentMaker {

@@ -51,12 +51,11 @@ TileForest::TileForest(ContentMaker maker) : maker_(std::move(maker)) {
 
 /// What tiles miss, and how fine they must be, depends on which layers are visible.
 void TileForest::lookAt(std::span<const LayerLook> looks) {
-  looks_ = looks;
-  wasVisible_.resize(looks.size(), false);
+  isVisible_.resize(looks.size(), false);
   bool same = true;
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    same = same && wasVisible_[i] == looks[i].visible;
-    wasVisible_[i] = looks[i].visible;
+    same = same && isVisible_[i] == looks[i].visible;
+    isVisible_[i] = looks[i].visible;
   }
   if (same) return;
   ++visibility_;
@@ -80,7 +79,7 @@ void TileForest::begin(double exaggeration, std::span<const LayerLook> looks, co
 
 bool TileForest::isAsAt(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu) const {
   return exaggeration == exaggeration_ && gpu == gpu_ && (gpu == nullptr || gpu->departures() == departures_) &&
-         std::ranges::equal(looks, wasVisible_, {}, &LayerLook::visible);
+         std::ranges::equal(looks, isVisible_, {}, &LayerLook::visible);
 }
 
 /// Whatever the cut looks at counts as used, siblings that wait for each other too: else a small budget would drop
@@ -132,7 +131,7 @@ void TileForest::takeCopies(TileRecord& r) const {
     if (c.relief) r.copy_bytes += shareOf(gpu_->missingReliefBytes(*c.relief), r.id.level - c.reliefLevel);
     for (std::size_t i = 0; i < c.pictures.size(); ++i) {
       const LayerPicture& picture = c.pictures[i];
-      if (picture.image && looks_[i].visible)
+      if (picture.image && isVisible_[i])
         r.copy_bytes += shareOf(gpu_->missingColourBytes(*picture.image), r.id.level - picture.level);
     }
     r.residency = residency_;
@@ -141,7 +140,7 @@ void TileForest::takeCopies(TileRecord& r) const {
 }
 
 void TileForest::takeTexels(TileRecord& r) const {
-  r.texel_m = texelOf_m(*r.content, maker_.colours, looks_);
+  r.texel_m = texelOf_m(*r.content, maker_.colours, isVisible_);
   r.visibility = visibility_;
 }
 

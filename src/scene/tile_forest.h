@@ -25,7 +25,7 @@ class TileForest final : public TileTree {
   std::uint64_t contentBytes() const { return contentBytes_; }  ///< of meshes, pictures and heights
 
   /// Another update: what is used from here on counts as used in it. looks: of the imagery layers; gpu: what is on it,
-  /// or null; both are asked while the update lasts.
+  /// or null; it is asked while the update lasts.
   void begin(double exaggeration, std::span<const LayerLook> looks, const Residency* gpu);
   std::uint64_t updates() const { return updates_; }
   /// What the last update found is what one with these would find, but for what has come since.
@@ -75,13 +75,12 @@ class TileForest final : public TileTree {
   std::uint64_t updates_ = 0;
   std::uint64_t renewals_ = 0;
   double exaggeration_ = 1.0;
-  const Residency* gpu_ = nullptr;    ///< of this update
-  std::uint64_t departures_ = 0;      ///< of that
-  std::uint64_t arrivals_ = 0;        ///< of that
-  std::uint64_t residency_ = 0;       ///< rises when something may have left, and with another GPU
-  std::span<const LayerLook> looks_;  ///< of this update
-  std::vector<bool> wasVisible_;      ///< of each imagery layer
-  std::uint64_t visibility_ = 1;      ///< rises when that changes
+  const Residency* gpu_ = nullptr;  ///< of this update
+  std::uint64_t departures_ = 0;    ///< of that
+  std::uint64_t arrivals_ = 0;      ///< of that
+  std::uint64_t residency_ = 0;     ///< rises when something may have left, and with another GPU
+  std::vector<bool> isVisible_;     ///< of each imagery layer, in this update
+  std::uint64_t visibility_ = 1;    ///< rises when that changes
 };
 
 }  // namespace tellurion::scene
