@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The window over servers: `view URL#LAYER` of a real WMS, and the time keys over one with a time dimension.
+"""The window over servers: `view URL#LAYER` of a real WMS, the time keys over one with a time dimension, and a layer that is added by hand.
 
     view_online_test.py PROGRAM SOURCE_DIR WORK_DIR
 
@@ -10,6 +10,7 @@ import http.server
 import os
 import pathlib
 import shutil
+import subprocess
 import sys
 import threading
 
@@ -49,6 +50,59 @@ def test_a_wms_opens_by_its_url(program, display, work, source):
             viewer.end()
 
 
+# Of the panel of E as it opens, pixels of the window: where a message begins, the second layer of the list, and the button under what is told of it.
+MESSAGE, LAYER, ADD = (101, 96), (200, 161), (140, 228)
+
+
+def test_a_layer_is_added(program, display, work, source):
+    """What is drawn in the end is what `render` draws of a scene with that layer on top."""
+    night = source / "data/earth/night_lights_5400x2700.jpg"
+    subprocess.run([program, "build", work / "day.tdb", source / "data/earth/bluemarble_dec2004_5400x2700.jpg", "--kind", "imagery", "--tiling", "cube",
+                    "--max-level", "1"], check=True, stderr=subprocess.DEVNULL)
+    day = 'body = "earth"\ntiling = "cube"\n[light]\nenabled = false\n[[imagery]]\nsource = "day.tdb"\n'
+    with map_servers.MapServer(work / "wms of the night", {"night": map_servers.Layer(night)}) as wms:
+        (work / "day.toml").write_text(day)
+        (work / "both.toml").write_text(day + f'[[imagery]]\nsource = "{wms.url}"\ntype = "wms"\nlayer = "night"\n')
+        pictures = {}
+        for name in ("day", "both"):
+            subprocess.run([program, "render", work / f"{name}.toml", "--camera", CAMERA, "--size", "x".join(map(str, view_test.SIZE)), "--fov",
+                            str(view_test.FOV_DEGREES), "-o", work / f"{name}.png"], check=True, stderr=subprocess.DEVNULL)
+            pictures[name] = view_test.picture(work / f"{name}.png")[2]
+        viewer = view_test.Viewer(program, display, work, str(work / "day.toml"), CAMERA)
+
+        def shows(name):
+            drawn = view_test.picture(viewer.screenshot())[2]
+            return sum(abs(a - b) for p, q in zip(drawn, pictures[name]) for a, b in zip(p, q)) / (3 * len(drawn)) < 1.5
+
+        def bright(at, wide, high):
+            pixels = view_test.window_picture(viewer, "panel.png")
+            return sum(min(pixels[y * view_test.SIZE[0] + x]) > 200 for y in range(at[1], at[1] + high) for x in range(at[0], at[0] + wide))
+
+        def ask(address):
+            """Typed at once: all of it is the panel's."""
+            viewer.xdotool("key", "--clearmodifiers", "e", "type", "--delay", "2", address)
+            viewer.key("Return")
+
+        try:
+            viewer.wait_until_complete()
+            assert shows("day") and not shows("both")
+            closed = f"http://127.0.0.1:{map_servers.free_port()}/wms"
+            ask(closed)
+            view_test.wait_for("what is wrong with a server that is not there", lambda: bright(MESSAGE, 400, 60) > 300)
+            assert shows("day")
+            viewer.key("Escape")
+            viewer.key("e")
+            ask(wms.url)
+            view_test.wait_for("a list", lambda: bright((LAYER[0] - 60, LAYER[1] - 6), 150, 12) > 40)
+            for at in (LAYER, ADD):
+                viewer.move(*at)
+                viewer.xdotool("click", 1)
+                viewer.wait_until_complete()
+            view_test.wait_for("the layer on top", lambda: shows("both"))
+        finally:
+            viewer.end()
+
+
 def test_time_keys(program, display, work, _):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), clock_test.TwoColours)
     threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -82,7 +136,7 @@ def main():
     os.environ["XDG_CACHE_HOME"] = str(work / "cache")
     display = view_test.Display()
     try:
-        for test in (test_a_wms_opens_by_its_url, test_time_keys):
+        for test in (test_a_wms_opens_by_its_url, test_a_layer_is_added, test_time_keys):
             test(str(program), display, work, source)
             print(f"{test.__name__}: ok")
     finally:

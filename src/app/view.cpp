@@ -142,7 +142,7 @@ io::Result<void> view(const ViewArguments& arguments) {
   }
   ViewLoop loop(stage->window, *stage->globe, scene->tiling, titleOf(scene->name), std::move(stage->renderer),
                 startView(arguments, *scene), arguments.picture.cut(), qualityFrom(arguments.picture),
-                clockOf(*scene, arguments.picture), std::move(*places));
+                clockOf(*scene, arguments.picture), std::move(*places), arguments.picture.offline);
   if (leading) loop.lead(*leading);
   if (!frames.empty()) loop.travel().setKeyFrames(std::move(frames));
   return loop.run();

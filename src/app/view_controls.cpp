@@ -270,6 +270,7 @@ bool ViewControls::handleKey(const KeyPressed& event, const scene::Ground& groun
     case ViewKey::settings:
     case ViewKey::walk:
     case ViewKey::fly:
+    case ViewKey::sources:
       return false;
   }
   return false;

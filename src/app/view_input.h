@@ -50,6 +50,7 @@ enum class ViewKey {
   settings,
   walk,
   fly,
+  sources,
 };
 
 /// Keys that count while they are down, in the modes that walk and fly.

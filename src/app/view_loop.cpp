@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "app/layers_panel.h"
 #include "app/screenshot.h"
 #include "app/view_panels.h"
 #include "app/view_statistics.h"
@@ -47,7 +48,7 @@ bool isEmpty(scene::Viewport size) {
 
 ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title,
                    render::Renderer renderer, const scene::View& start, const scene::CutOptions& cut,
-                   const ViewQuality& quality, const scene::SceneClock& clock, scene::Gazetteer places)
+                   const ViewQuality& quality, const scene::SceneClock& clock, scene::Gazetteer places, bool offline)
     : window_(window),
       globe_(globe),
       tiling_(tiling),
@@ -58,8 +59,17 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
       travel_(controls_, ground_, globe.body().name, std::move(places),
               [this](std::string text) { notify(std::move(text)); }),
       settings_(globe, renderer_, quality, clock, [this](std::string text) { notify(std::move(text)); }),
+      sources_(globe, {.offline = offline,
+                       .wake = [&window] { window.wake(); },
+                       .copy = [&window](const std::string& text) { window.copyToClipboard(text); },
+                       .notify = [this](std::string text) { notify(std::move(text)); }}),
       cut_(cut) {
   figures_.quality = quality.full;
+}
+
+void ViewLoop::lead(Leading& leading) {
+  leading_ = &leading;
+  sources_.forbid("other windows follow this one, and would not have it: give all of them a scene with its entry");
 }
 
 io::Result<void> ViewLoop::run() {
@@ -119,17 +129,22 @@ void ViewLoop::waitForWork() {
     arrivalsSeen_ = true;
   }
   if (noticeDrawn_ && !noticeShown()) panelsStale_ = true;
+  if (sources_.hasNews()) showInput();
 }
 
 void ViewLoop::handle(const InputEvent& event) {
   if (const auto* cursor = std::get_if<CursorMoved>(&event)) cursor_ = cursor->at;
   if (std::holds_alternative<CursorLeft>(event)) cursor_.reset();
   if (const auto* key = std::get_if<KeyPressed>(&event)) handleKey(key->key);
-  panelDrawings_ = std::min(std::max(panelDrawings_ + 2, kDrawingsOfAnInput), kMostDrawings);
+  showInput();
   if (controls_.handle(event, ground_, now_s())) {
     pictureStale_ = true;
     lastMoved_ = Clock::now();
   }
+}
+
+void ViewLoop::showInput() {
+  panelDrawings_ = std::min(std::max(panelDrawings_ + 2, kDrawingsOfAnInput), kMostDrawings);
   panelsStale_ = true;
 }
 
@@ -181,6 +196,9 @@ void ViewLoop::handleKey(ViewKey key) {
       break;
     case ViewKey::layers:
       layersShown_ = !layersShown_;
+      break;
+    case ViewKey::sources:
+      sources_.toggle();
       break;
     case ViewKey::statistics:
       statisticsShown_ = !statisticsShown_;
@@ -312,17 +330,23 @@ void ViewLoop::drawPanelsOnce() {
   noticeDrawn_ = noticeShown();
   if (noticeDrawn_) drawNotice(notice_);
   if (statisticsShown_) drawStatistics(statisticsLines(figures_, settings_.quality().isAutomatic));
-  if (layersShown_ && drawLayers(globe_)) pictureStale_ = true;
+  if (layersShown_) {
+    const LayersDrawn layers = drawLayers(globe_);
+    if (layers.changed) pictureStale_ = true;
+    if (layers.wantsMore) sources_.toggle();
+  }
+  if (sources_.draw()) pictureStale_ = true;
   if (settings_.draw({figures_, target_->size()})) pictureStale_ = true;
   if (travel_.draw(now_s())) pictureStale_ = true;
-  window_.expectText(travel_.wantsText());
+  window_.expectText(travel_.wantsText() || sources_.wantsText());
   window_.expectMotion(controls_.walking() != nullptr);
   if (helpShown_) drawHelp();
   window_.endPanels();
   // ImGui shows a window from its second frame on, when it knows its size.
   if (panelDrawings_ > 0) --panelDrawings_;
-  panelsStale_ = (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
-                 ((layersShown_ || settings_.shown() || travel_.panelShown()) && panelDrawings_ > 0);
+  panelsStale_ =
+      (helpShown_ && !helpDrawn_) || (statisticsShown_ && !statisticsDrawn_) ||
+      ((layersShown_ || sources_.shown() || settings_.shown() || travel_.panelShown()) && panelDrawings_ > 0);
   helpDrawn_ = helpShown_;
   statisticsDrawn_ = statisticsShown_;
 }
@@ -352,7 +376,10 @@ std::string ViewLoop::statusRight() const {
   if (!complete_ && missing > 0) text = fmt::format("loading {} tiles   ", missing) + text;
   const std::size_t failures = globe_.failures().size();
   if (failures > 0) text = fmt::format("{} not loaded   ", failures) + text;
-  if (figures_.scene.layersComing > 0) text = fmt::format("{} layers to come   ", figures_.scene.layersComing) + text;
+  if (figures_.scene.layersComing > 0)
+    text =
+        fmt::format("{} layer{} to come   ", figures_.scene.layersComing, figures_.scene.layersComing == 1 ? "" : "s") +
+        text;
   if (const auto troubles = globe_.troubles(); !troubles.empty()) text = io::describe(troubles.front()) + "   " + text;
   if (globe_.cutIsFrozen()) text = "cut frozen   " + text;
   if (leading_ != nullptr) text = leading_->status() + "   " + text;

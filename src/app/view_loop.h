@@ -5,6 +5,7 @@
 
 #include "app/frame_figures.h"
 #include "app/leading.h"
+#include "app/sources_panel.h"
 #include "app/view_controls.h"
 #include "app/view_settings.h"
 #include "app/view_travel.h"
@@ -20,13 +21,13 @@ class ViewLoop {
  public:
   ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tiling, std::string title, render::Renderer renderer,
            const scene::View& start, const scene::CutOptions& cut, const ViewQuality& quality,
-           const scene::SceneClock& clock, scene::Gazetteer places);
+           const scene::SceneClock& clock, scene::Gazetteer places, bool offline);
 
   /// Where the eye can be sent.
   ViewTravel& travel() { return travel_; }
 
   /// Has others follow; it must outlive this.
-  void lead(Leading& leading) { leading_ = &leading; }
+  void lead(Leading& leading);
 
   /// Until the window is closed. Fails when the picture cannot be drawn.
   io::Result<void> run();
@@ -40,6 +41,7 @@ class ViewLoop {
   static double now_s();  ///< of the clock by which the eye moves
   void waitForWork();
   void handle(const InputEvent& event);
+  void showInput();
   void handleKey(ViewKey key);
   void adjustToWindow();
   io::Result<void> drawPicture();
@@ -70,6 +72,7 @@ class ViewLoop {
   ViewControls controls_;
   ViewTravel travel_;
   ViewSettings settings_;
+  SourcesPanel sources_;
   scene::CutOptions cut_;       ///< at quality 1
   Leading* leading_ = nullptr;  ///< null: nobody follows
   double waited_ms_ = 0.0;      ///< in the last frame, for followers

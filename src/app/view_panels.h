@@ -19,9 +19,6 @@ struct Figure {
 
 /// A table in the upper right corner.
 void drawStatistics(std::span<const Figure> figures);
-/// The imagery layers from the top one down, with what can be changed of each, and arrows that change their order.
-/// True: something was changed.
-bool drawLayers(scene::Globe& globe);
 /// A short message at the upper edge.
 void drawNotice(const std::string& text);
 /// The table of controls in the middle.

@@ -116,8 +116,16 @@ void onScroll(GLFWwindow* window, double across, double steps) {
   heard.events.emplace_back(WheelTurned{steps, heard.cursor});
 }
 
+/// What stands beside a key in a table of pairs.
+template <class Table>
+auto meaningOf(int key, const Table& table) -> std::optional<typename Table::value_type::second_type> {
+  const auto found = std::find_if(table.begin(), table.end(), [key](const auto& k) { return k.first == key; });
+  if (found == table.end()) return std::nullopt;
+  return found->second;
+}
+
 std::optional<ViewKey> keyFrom(int key) {
-  constexpr std::array<std::pair<int, ViewKey>, 47> kKeys{{
+  constexpr std::array<std::pair<int, ViewKey>, 48> kKeys{{
       {GLFW_KEY_EQUAL, ViewKey::plus},
       {GLFW_KEY_KP_ADD, ViewKey::plus},
       {GLFW_KEY_MINUS, ViewKey::minus},
@@ -165,10 +173,9 @@ std::optional<ViewKey> keyFrom(int key) {
       {GLFW_KEY_V, ViewKey::settings},
       {GLFW_KEY_T, ViewKey::walk},
       {GLFW_KEY_U, ViewKey::fly},
+      {GLFW_KEY_E, ViewKey::sources},
   }};
-  const auto found = std::find_if(kKeys.begin(), kKeys.end(), [key](const auto& k) { return k.first == key; });
-  if (found == kKeys.end()) return std::nullopt;
-  return found->second;
+  return meaningOf(key, kKeys);
 }
 
 bool repeats(ViewKey key) {
@@ -203,9 +210,9 @@ constexpr std::array<std::pair<int, MotionKey>, 12> kMotion{{
 /// A release is told whoever has the keys: nothing stays down. True: the key is for nothing else.
 bool motionTakes(Heard& heard, int key, int action, bool typing) {
   if (!heard.motion) return false;
-  const auto found = std::find_if(kMotion.begin(), kMotion.end(), [key](const auto& k) { return k.first == key; });
-  if (found == kMotion.end() || (typing && action != GLFW_RELEASE)) return false;
-  if (action != GLFW_REPEAT) heard.events.emplace_back(MotionKeyChanged{found->second, action == GLFW_PRESS});
+  const auto motion = meaningOf(key, kMotion);
+  if (!motion || (typing && action != GLFW_RELEASE)) return false;
+  if (action != GLFW_REPEAT) heard.events.emplace_back(MotionKeyChanged{*motion, action == GLFW_PRESS});
   return !typing;
 }
 
@@ -226,7 +233,7 @@ void onKey(GLFWwindow* window, int key, int scancode, int action, int mods) {
   if (!which || (action != GLFW_PRESS && !repeats(*which))) return;
   heard.events.emplace_back(KeyPressed{*which, modifiersFrom(mods)});
   // What is typed next is for the panel, also where the program has not come to open it yet.
-  heard.typing = heard.swallowsCharacter = which == ViewKey::goTo;
+  heard.typing = heard.swallowsCharacter = which == ViewKey::goTo || which == ViewKey::sources;
 }
 
 void onCharacter(GLFWwindow* window, unsigned int character) {

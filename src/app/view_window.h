@@ -42,7 +42,8 @@ class ViewWindow {
   std::vector<InputEvent> takeEvents();
 
   /// While a panel with a field of text is open, keys are the panel's and no controls; they wait until the field is
-  /// there. The key that goes somewhere (ViewKey::goTo) begins it. Also without it a field that is clicked gets them.
+  /// there. Keys that open such a panel (ViewKey::goTo, sources) begin it. Also without it a field that is clicked gets
+  /// them.
   void expectText(bool expected);
   /// While keys lead the eye, W, A, S, D by their place on the keyboard, the arrows, Page Up and Down and Shift are
   /// told as MotionKeyChanged and nothing else; those that are down when it begins are told then.
