@@ -26,7 +26,7 @@ done
 python3 - "$program" "$rounds" "${tilings[@]}" <<'PY'
 import csv, math, statistics, subprocess, sys
 program, rounds, tilings = sys.argv[1], int(sys.argv[2]), sys.argv[3:]
-tolerance_px = {"geographic": 0.85, "cube": 0.8, "healpix": 2.5}  # that draw some 500 tiles
+tolerance_px = {"geographic": 0.85, "cube": 0.8, "healpix": 1.4}  # that draw some 500 tiles
 settled_s = 8  # the cold start is over, also on a busy machine
 
 def write_path(speed_m_s):
