@@ -10,6 +10,7 @@ namespace tellurion::scene {
 namespace {
 
 constexpr double kAboveRounding = 1e-6;
+constexpr double kUnseen_px_per_s = 15.0;  ///< a quarter of a pixel in a frame of a screen's 60 a second
 
 /// From a grown forest to what is drawn.
 class Collection {
@@ -131,9 +132,14 @@ class Collection {
     return std::clamp((static_cast<double>(node.due) - kBeforehand) / (1.0 - kBeforehand), 0.0, 1.0);
   }
 
-  /// Ground that is far off hurries: from twice the tolerance on, in proportion.
+  /// What has little way to go takes less than fade_s: so many pixels a second no one sees, and ground that is only as
+  /// late as the eye is fast stays within the tolerance. Ground that is far off hurries: from twice the tolerance on,
+  /// in proportion.
   float speedOf(const CutNode& node) const {
-    return node.parent < 0 ? 1.0f : static_cast<float>(std::max(1.0, 0.5 * forest_.at(node.parent).need));
+    if (node.parent < 0) return 1.0f;
+    const CutNode& parent = forest_.at(node.parent);
+    const double unseen = kUnseen_px_per_s * options_.fade_s / std::max(parent.error_px, kAboveRounding);
+    return static_cast<float>(std::max({1.0, unseen, 0.5 * parent.need}));
   }
 
   /// With m the least value at its corners, it misses m of its own error and the rest of its parent's at most.
