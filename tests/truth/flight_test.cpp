@@ -122,7 +122,7 @@ struct Jumps {
 };
 
 struct Log {
-  std::vector<double> update_ms;  ///< of frames that asked for nothing
+  std::vector<double> update_ms;
   std::vector<double> tiles;
   Jumps places;    ///< all along
   Jumps vertices;  ///< of tiles that take the place of others
