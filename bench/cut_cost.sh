@@ -44,7 +44,8 @@ def percentile(values, percent):
 def flown(tiling):
     command = [program, "bench", f"{tiling}.toml", "--path", "path.csv", "--size", "1024x768", "--tolerance",
                str(tolerance_px[tiling]), "--stats", "frames.csv"]
-    subprocess.run(command, check=True, capture_output=True)
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0: sys.exit(f"{' '.join(command)}: {done.stderr}")
     rows = [row for row in csv.DictReader(open("frames.csv")) if float(row["time_s"]) > settled_s]
     if len(rows) < 100: sys.exit(f"only {len(rows)} frames in {30 - settled_s} s: too busy a machine to measure on")
     update_ms = [float(row["update_ms"]) for row in rows]

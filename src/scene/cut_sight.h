@@ -11,8 +11,8 @@
 
 namespace tellurion::scene {
 
-/// What an eye sees of the tiles of a cut, and how large. Immutable; in the facts it keeps where it looks first
-/// (TileFacts::partInSight).
+/// What an eye sees of the tiles of a cut, and how large. One thread only: in the facts it keeps where it looks
+/// first (TileFacts::partInSight).
 class CutSight {
  public:
   /// looksAhead: what may come into the picture soon counts as seen, CutOptions::margin beyond its sides and a little

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -83,8 +84,8 @@ class Globe {
   /// Takes a layer out and puts it back with `place` others below it, at most on top of all. Counts from the next
   /// update: nothing is loaded again and the same tiles are drawn. No effect for a layer that there is not.
   void moveImagery(std::size_t layer, std::size_t place);
-  /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first.
-  /// May be changed at any time.
+  /// Heights above the ellipsoid are drawn, and told by groundHeight_m, this many times as high: 0..100, 1 at first;
+  /// what is set must lie in there. May be changed at any time.
   double& exaggeration();
   DebugViews& debugViews();  ///< likewise
 
@@ -95,8 +96,8 @@ class Globe {
   /// Nothing: of each layer the last.
   std::optional<double> clock() const;
 
-  /// From the next update on the cut stays: tiles are chosen, and loaded, for this view, whatever view is drawn;
-  /// nothing lets it follow the eye again.
+  /// From the next update on the cut stays: tiles are chosen, and loaded, for this view, whatever view is drawn. With
+  /// nullopt it follows the eye again.
   void freezeCut(const std::optional<View>& at);
   bool cutIsFrozen() const;
 

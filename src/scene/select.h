@@ -27,8 +27,8 @@ struct CutOptions {
   /// each square of that side.
   double maxSpacing_px = std::numeric_limits<double>::infinity();
   /// What the leaves of the cut that may be seen may be: the worst are refined first, as far as this goes. Their number
-  /// (pictures of 3840 x 2160 need up to 2300, docs/selection.md, so this is for what was asked for by mistake), their
-  /// triangles, and the bytes of their meshes and pictures.
+  /// (a picture of 3840 x 2160 needs some 2200 in mountains, docs/selection.md, so this is for what was asked for by
+  /// mistake), their triangles, and the bytes of their meshes and pictures.
   int maxTiles = 4000;
   std::int64_t maxTriangles = std::numeric_limits<std::int64_t>::max();
   std::uint64_t maxBytes = std::numeric_limits<std::uint64_t>::max();
@@ -41,13 +41,13 @@ struct CutOptions {
   /// level, faster where it is far off, from what was drawn at the last different time; until then a frame is not
   /// within the tolerance and not complete. Without, nothing is remembered, and a frame depends on its view alone.
   std::optional<double> time_s;
-  double fade_s = 0.3;
+  double fade_s = 0.3;  ///< > 0
   /// With a clock, and an eye that moves: what the view a second ahead will want is asked for too, last of all.
   bool prefetch = true;
   /// With morphing: how far beyond the sides of the picture the ground is kept as fine as in it, so that it has left
   /// its parents' surfaces when a moving eye gets to see it; a share of half the picture. Infinite: all around the eye.
   /// Then all pictures from one eye choose the same tiles, for the several of a dome, and each loads what all need.
-  double margin = 0.15;
+  double margin = 0.15;  ///< >= 0
   /// With a clock: the most that drawing the frame may copy to the GPU (TileFacts::copy_bytes), but for one split that
   /// alone is more and for what cannot wait: roots, and what comes into the picture beside ground that is drawn finer.
   std::uint64_t copies_bytes = std::uint64_t{8} << 20;
@@ -169,6 +169,7 @@ Selection select(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid, 
                  const CutHistory* history = nullptr);
 
 /// The same, frame after frame: keeps the memory of its work, so that a view that needs nothing new allocates nothing.
+/// One thread only.
 class Selector {
  public:
   Selector(const tiling::Tiling& tiling, const geo::Ellipsoid& ellipsoid);
@@ -189,7 +190,7 @@ class Selector {
 };
 
 /// An angle in pixels from a length in metres seen across at a distance in metres; distances under half a metre count
-/// as that.
+/// as that. pixelAngle: radians of a pixel in the middle of the picture.
 inline double pixelsAcross(double length_m, double distance_m, double pixelAngle) {
   constexpr double kNearest_m = 0.5;
   return length_m / (std::max(distance_m, kNearest_m) * pixelAngle);

@@ -4,7 +4,8 @@
 
 namespace tellurion::scene {
 
-/// The views around one that a cut is to be right for as well, of the same sides, viewport and size of a pixel. None by default.
+/// The views around one that a cut is to be right for as well, of the same sides, viewport and size of a pixel; their
+/// eyes lie in a ball of the body frame. None by default.
 struct Leeway {
   double move_m = 0.0;  ///< how far the eye may be from that view's
   double turn = 0.0;    ///< how far the picture may reach beyond its sides, a share of half of it

@@ -164,7 +164,11 @@ TEST(ViewLeeway, lastsForSomeFramesOfAnEyeThatGoesOn) {
   EXPECT_EQ(leewayFor(first, after(1), 0.0).move_m, 0.0);
   EXPECT_EQ(leewayFor(first, after(1), -5.0).move_m, 0.0);
   EXPECT_EQ(leewayFor(first, after(1000), 1e4).move_m, 0.0);
-  EXPECT_LE(leewayFor(first, after(20), 1e4).move_m, 0.05 * 1e4);
+  EXPECT_LE(leewayFor(first, after(20), 1e4).move_m, 0.025 * 1e4);
+  for (const double degrees : {0.01, 0.1, 1.0, 10.0}) {
+    const View turned = viewFrom(46.0, 8.0, 40e3, 20.0 + degrees, -60.0, kViewport);
+    EXPECT_LE(leewayFor(viewFrom(46.0, 8.0, 40e3, 20.0, -60.0, kViewport), turned, 1e4).turn, 0.005) << degrees;
+  }
 }
 
 }  // namespace
