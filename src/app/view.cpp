@@ -21,8 +21,10 @@ namespace {
 struct ViewArguments {
   PictureArguments picture{.size = "1280x800", .automaticQuality = true};
   std::string camera;
-  std::string path;    ///< key frames to begin with
-  std::string places;  ///< further ones
+  std::string path;      ///< key frames to begin with
+  std::string places;    ///< further ones
+  double uiScale = 0.0;  ///< WindowOptions::uiScale
+  int screen = 0;        ///< WindowOptions::screen
   StepArguments step;
 };
 
@@ -64,7 +66,9 @@ struct Stage {
 };
 
 io::Result<Stage> openStage(const ViewArguments& arguments, const scene::Scene& scene, const InterruptStop& interrupt) {
-  auto window = ViewWindow::open(titleOf(scene.name), arguments.picture.viewport());
+  auto window = ViewWindow::open(
+      titleOf(scene.name),
+      {.size = arguments.picture.viewport(), .uiScale = arguments.uiScale, .screen = arguments.screen});
   if (!window) return tl::unexpected(window.error());
   auto globe = openGlobe(scene, arguments.picture, interrupt.token());
   if (!globe) return tl::unexpected(globe.error());
@@ -168,6 +172,14 @@ void addView(CLI::App& program) {
       ->add_option("--places", arguments->places,
                    "CSV: name,lat,lon and size_km, population: further places that G finds (docs/viewer.md)")
       ->check(CLI::ExistingFile);
+  command
+      ->add_flag("--fullscreen{1}", arguments->screen,
+                 "Fill the main screen, or with --fullscreen=N the N-th, in its own size in place of --size")
+      ->type_name("N");
+  command
+      ->add_option("--ui-scale", arguments->uiScale,
+                   "How large letters and panels are, 1 for an ordinary screen; else as the screen asks for")
+      ->check(between(0.5, 8.0));
   addStepOptions(*command, arguments->step);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"

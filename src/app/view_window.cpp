@@ -8,6 +8,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <thread>
 #include <utility>
@@ -287,7 +288,36 @@ scene::Viewport fitting(scene::Viewport size) {
   return {std::min(size.width, width), std::min(size.height, height)};
 }
 
-GLFWwindow* createWindow(const std::string& title, scene::Viewport size) {
+std::string screensText() {
+  int count = 0;
+  GLFWmonitor** const monitors = glfwGetMonitors(&count);
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    const GLFWvidmode* const mode = glfwGetVideoMode(monitors[i]);
+    text += fmt::format("{}{} is {}", i > 0 ? ", " : "", i + 1, glfwGetMonitorName(monitors[i]));
+    if (mode != nullptr) text += fmt::format(", {}x{}", mode->width, mode->height);
+  }
+  return text.empty() ? "there is none" : text;
+}
+
+/// Null: there is no such screen.
+GLFWmonitor* screenOfNumber(int number) {
+  int count = 0;
+  GLFWmonitor** const monitors = glfwGetMonitors(&count);
+  return number >= 1 && number <= count ? monitors[number - 1] : nullptr;
+}
+
+/// screen: to fill, in the mode that it is in; null: a window.
+GLFWwindow* createWindow(const std::string& title, scene::Viewport size, GLFWmonitor* screen) {
+  const GLFWvidmode* const mode = screen != nullptr ? glfwGetVideoMode(screen) : nullptr;
+  if (mode != nullptr) {
+    size = {mode->width, mode->height};
+    glfwWindowHint(GLFW_RED_BITS, mode->redBits);
+    glfwWindowHint(GLFW_GREEN_BITS, mode->greenBits);
+    glfwWindowHint(GLFW_BLUE_BITS, mode->blueBits);
+    glfwWindowHint(GLFW_REFRESH_RATE, mode->refreshRate);
+    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);  // a projector goes on while another window has the keyboard
+  }
   glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -295,10 +325,12 @@ GLFWwindow* createWindow(const std::string& title, scene::Viewport size) {
   glfwWindowHint(GLFW_DEPTH_BITS, 0);  // the picture's own framebuffer has the depth
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
   glfwWindowHintString(GLFW_X11_CLASS_NAME, "tellurion");
-  return glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
+  return glfwCreateWindow(size.width, size.height, title.c_str(), screen, nullptr);
 }
 
-bool startPanels(GLFWwindow* window) {
+/// uiScale: WindowOptions'.
+bool startPanels(GLFWwindow* window, double uiScale) {
+  constexpr float kLetters = 13.0f;
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
@@ -309,9 +341,11 @@ bool startPanels(GLFWwindow* window) {
   int windowWidth = 1, width = 1;
   glfwGetWindowSize(window, &windowWidth, nullptr);
   glfwGetFramebufferSize(window, &width, nullptr);
-  const float units = scale * static_cast<float>(windowWidth) / static_cast<float>(std::max(width, 1));
+  const float asked = scale * static_cast<float>(windowWidth) / static_cast<float>(std::max(width, 1));
+  const float units = uiScale > 0.0 ? static_cast<float>(uiScale) : std::max(asked, 1.0f);
   ImFontConfig font;
-  font.SizePixels = std::max(13.0f * units, 13.0f);
+  font.SizePixels = std::round(kLetters * units);
+  ImGui::GetStyle().ScaleAllSizes(units);
   io.Fonts->AddFontDefault(&font);
   return ImGui_ImplGlfw_InitForOpenGL(window, false) && ImGui_ImplOpenGL3_Init("#version 450 core");
 }
@@ -336,15 +370,20 @@ ViewWindow::~ViewWindow() = default;
 ViewWindow::ViewWindow(ViewWindow&&) noexcept = default;
 ViewWindow& ViewWindow::operator=(ViewWindow&&) noexcept = default;
 
-io::Result<ViewWindow> ViewWindow::open(const std::string& title, scene::Viewport size) {
+io::Result<ViewWindow> ViewWindow::open(const std::string& title, const WindowOptions& options) {
   if (!glfwInit()) return noWindow("no display to open a window on");
   auto state = std::make_unique<State>();
-  state->window = createWindow(title, fitting(size));
+  GLFWmonitor* const screen = options.screen != 0 ? screenOfNumber(options.screen) : nullptr;
+  if (options.screen != 0 && screen == nullptr) {
+    return io::fail(io::Failure::Code::invalidArgument,
+                    fmt::format("there is no screen {} for --fullscreen: {}", options.screen, screensText()), {});
+  }
+  state->window = createWindow(title, fitting(options.size), screen);
   if (!state->window) return noWindow("this display gives no window with OpenGL 4.5");
   glfwMakeContextCurrent(state->window);
   glfwSwapInterval(1);
   if (const auto fit = render::checkCurrentContext(); !fit) return tl::unexpected(fit.error());
-  state->panels = startPanels(state->window);
+  state->panels = startPanels(state->window, options.uiScale);
   if (!state->panels) return noWindow("the window's panels cannot be drawn");
   listen(state->window, state->heard);
   state->leastBetweenPictures = leastTimeBetweenPictures();

@@ -11,13 +11,19 @@
 
 namespace tellurion::app {
 
+struct WindowOptions {
+  scene::Viewport size;  ///< of the picture in the window; a full screen has its own
+  double uiScale = 0.0;  ///< of letters and panels, 1: letters 13 units high; 0: as the screen asks for
+  int screen = 0;        ///< filled by the window, 1 is the main one; 0: none is
+};
+
 /// A window with an OpenGL 4.5 core context, current on the thread that opened it until the window's end, and Dear
 /// ImGui for panels in it. One at a time, main thread only, move-only.
 class ViewWindow {
  public:
-  /// Fails where there is no display, or its driver has no OpenGL 4.5; the message says what to do instead. The window
-  /// is made smaller where it would not fit the screen.
-  static io::Result<ViewWindow> open(const std::string& title, scene::Viewport size);
+  /// Fails where there is no display, its driver has no OpenGL 4.5, or there is no such screen; the message says what
+  /// to do instead. The window is made smaller where it would not fit the screen.
+  static io::Result<ViewWindow> open(const std::string& title, const WindowOptions& options);
   ~ViewWindow();
   ViewWindow(ViewWindow&&) noexcept;
   ViewWindow& operator=(ViewWindow&&) noexcept;
