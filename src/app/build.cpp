@@ -33,6 +33,7 @@ struct Arguments {
   std::optional<double> fillVoids_m;
   std::optional<double> maxError_m;
   std::string verticalDatum;
+  raster::PointOptions points;
   pyramid::CleaningOptions cleaning;
   std::vector<double> region;
   std::string format = "jpeg";
@@ -75,6 +76,7 @@ pyramid::BuildOptions optionsFrom(const Arguments& arguments) {
   options.fillVoids_m = arguments.fillVoids_m;
   options.maxError_m = arguments.maxError_m;
   options.verticalDatum = arguments.verticalDatum;
+  options.points = arguments.points;
   options.cleaning = arguments.cleaning;
   if (!arguments.region.empty()) {
     options.region = regionFrom(arguments.region);
@@ -161,6 +163,19 @@ void run(const Arguments& arguments) {
   report(arguments, *built, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
+void addPoints(CLI::App& command, raster::PointOptions& points) {
+  command
+      .add_option("--points-columns", points.columns,
+                  "Elevation, of inputs that are layers of points: the columns of X,Y,HEIGHT, or of HEIGHT alone where "
+                  "places are the points' geometry. Left out: lon, lat or x, y, and the geometry's z, height, "
+                  "elevation, alt or z")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  command.add_option("--points-srs", points.reference,
+                     "What coordinates of points are in (EPSG:CODE, WKT), in place of what the layer, or a .prj beside "
+                     "it, says; without any, longitude and latitude in degrees");
+}
+
 void addCleaning(CLI::App& command, pyramid::CleaningOptions& cleaning) {
   command.add_flag("--match-colours", cleaning.matchColours,
                    "Imagery: move each input's colours to those of the inputs over it, by what they share, so that a "
@@ -184,7 +199,10 @@ void addBuild(CLI::App& program) {
   auto* command = program.add_subcommand("build", "Build or extend a tile database from rasters");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("OUT.tdb", arguments->output, "The tile database to write")->required();
-  command->add_option("INPUT", arguments->inputs, "Rasters that GDAL reads; later ones lie over earlier ones")
+  command
+      ->add_option("INPUT", arguments->inputs,
+                   "Rasters that GDAL reads, and, for elevation, layers of points (CSV, GeoPackage, "
+                   "Shapefile, GeoJSON, FlatGeobuf, KML); later ones lie over earlier ones")
       ->required();
   command->add_option("--kind", arguments->kind, "What the inputs hold: elevation or imagery")
       ->required()
@@ -239,6 +257,7 @@ void addBuild(CLI::App& program) {
       "are "
       "PROJ's), or a file with the geoid's heights in metres (.gtx, .tif, ...). They are stored above the ellipsoid. "
       "Left out: as they are");
+  addPoints(*command, arguments->points);
   addCleaning(*command, arguments->cleaning);
   auto* append = command->add_flag("--append", arguments->append, "Lay the inputs over the database that is there");
   auto* part =
@@ -263,6 +282,11 @@ void addBuild(CLI::App& program) {
       "has a void or ends, what is coarser is moved to meet it, so that there is no step; data itself never moves "
       "(--fill-voids 0:\n"
       "voids stay voids, and what lies below shows as it is).\n\n"
+      "Points become flat triangles, as deep as the points are dense at each place; there is no data farther from them "
+      "than 2.4 times\n"
+      "the distance that they have from each other. A table whose lines are all cells of a regular grid is read as a "
+      "raster, unless\n"
+      "--points-columns or --points-srs is given.\n\n"
       "A run that was interrupted, or even killed, goes on where it was when the same command is given again, and "
       "ends\n"
       "with the same bytes. Until then the work is in OUT.tdb.part, and 'tellurion info OUT.tdb.part' names the "

@@ -10,8 +10,11 @@
 #include "pyramid/bounded_heights.h"
 #include "pyramid/database_file.h"
 #include "pyramid/geometric_error.h"
+#include "pyramid/imagery_cleaning.h"
+#include "pyramid/planned_points.h"
 #include "pyramid/text_digest.h"
 #include "raster/live_tiles.h"
+#include "raster/point_layer.h"
 #include "raster/vertical_datum.h"
 
 namespace tellurion::pyramid {
@@ -24,6 +27,9 @@ using Code = io::Failure::Code;
 int builderVersionOf(const DatabaseMeta& meta) {
   return meta.kind == raster::Kind::elevation || meta.scheme == tiling::Scheme::healpix ? 3 : 2;
 }
+
+/// The same for what is made of points.
+constexpr const char* kPointsVersion = "|points 1";
 
 /// How an input is named in the database and in its key: the same for "a.tif" and "./a.tif".
 std::string storedName(const std::string& path) {
@@ -38,6 +44,14 @@ std::string keyOfCleaning(const CleaningOptions& cleaning) {
   return text;
 }
 
+std::string keyOfPoints(const raster::PointOptions& points) {
+  if (!points.asksForAnything()) return {};
+  std::string text = "|points " + points.reference;
+  for (const std::string& column : points.columns)
+    text += "|" + column;
+  return text;
+}
+
 std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, const std::string& inputs,
                          int version) {
   std::string text =
@@ -48,6 +62,7 @@ std::string requestKeyOf(const BuildOptions& options, const DatabaseMeta& meta, 
   if (meta.maxError_m > 0.0) text += fmt::format("|error {:a}", meta.maxError_m);
   text += keyOfCleaning(options.cleaning);
   if (!options.verticalDatum.empty()) text += "|datum " + options.verticalDatum;
+  text += keyOfPoints(options.points);
   if (meta.kind == raster::Kind::imagery) text += fmt::format("|{}", nameOf(options.format));
   if (options.region) {
     text += fmt::format("|region {:a} {:a} {:a} {:a}", options.region->west.radians(), options.region->south.radians(),
@@ -84,6 +99,20 @@ io::Result<void> checkCleaning(const BuildOptions& options) {
   return {};
 }
 
+io::Result<void> checkPoints(const BuildOptions& options) {
+  const std::size_t columns = options.points.columns.size();
+  if (options.points.asksForAnything() && options.kind == raster::Kind::imagery) {
+    return io::fail(Code::invalidArgument,
+                    "only elevation is made of points: leave --points-columns and --points-srs out");
+  }
+  if (columns != 0 && columns != 1 && columns != 3) {
+    return io::fail(
+        Code::invalidArgument,
+        fmt::format("--points-columns names one column, the height's, or three, x, y and height; not {}", columns));
+  }
+  return {};
+}
+
 io::Result<void> checkOptions(const BuildOptions& options) {
   if (options.inputs.empty()) return io::fail(Code::invalidArgument, "no input: name at least one raster");
   if (options.maxLevel && (*options.maxLevel < 0 || *options.maxLevel > tiling::kMaxLevel)) {
@@ -107,6 +136,7 @@ io::Result<void> checkOptions(const BuildOptions& options) {
   if (!options.verticalDatum.empty() && options.kind == raster::Kind::imagery) {
     return io::fail(Code::invalidArgument, "only elevation has a vertical datum: leave --vertical-datum out");
   }
+  if (auto ok = checkPoints(options); !ok) return ok;
   if (auto ok = checkCleaning(options); !ok) return ok;
   if (options.format != TileFormat::jpeg && options.kind == raster::Kind::elevation) {
     return io::fail(Code::invalidArgument, "only imagery has a format: leave --format out");
@@ -179,7 +209,9 @@ PlannedInput plannedInput(const BuildOptions& options, const DatabaseMeta& meta,
                      .bounds = within,
                      .extent = info.bounds,
                      .spacing = info.finestSpacing,
-                     .files = {stampOf(info.path)}};
+                     .files = {stampOf(info.path)},
+                     .ground = nullptr,
+                     .spacingLevel = 0};
   for (const std::string& file : info.files)
     input.files.push_back(stampOf(file));
   if (options.maxLevel && *options.maxLevel < input.depth) {
@@ -227,7 +259,6 @@ io::Result<void> addInput(const BuildOptions& options, const raster::RasterInfo&
   plan.meta.heightStep_m = boundedStep ? *boundedStep
                                        : finerStep(stepIsKnown ? std::optional(plan.meta.heightStep_m) : std::nullopt,
                                                    heightStepFor(info.heightQuantum_m));
-  plan.meta.sources.push_back(storedName(info.path));
   plan.inputs.push_back(plannedInput(options, plan.meta, info, *within));
   plan.deepestLevel = std::max(plan.deepestLevel, plan.inputs.back().depth);
   for (const std::string& warning : info.warnings)
@@ -243,6 +274,33 @@ io::Result<void> addVerticalDatum(const raster::RasterInfo& info, BuildPlan& pla
   if (!datum) return tl::unexpected(datum.error());
   for (const std::string& file : datum->files())
     input.files.push_back(stampOf(file));
+  return {};
+}
+
+io::Result<void> addRaster(const BuildOptions& options, const std::string& path, bool isFirst, BuildPlan& plan) {
+  const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
+  if (!file) return tl::unexpected(file.error());
+  if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return ok;
+  return addVerticalDatum(file->info(), plan);
+}
+
+/// The ground of each spacing as an input, coarsest first; what no ground of the region is made of is left out.
+io::Result<void> addPoints(const BuildOptions& options, const std::string& path, bool isFirst, BuildPlan& plan) {
+  auto layer = openPointGround(path, options, plan);
+  if (!layer) return tl::unexpected(std::move(layer.error()));
+  const std::size_t before = plan.inputs.size();
+  for (const int level : layer->ground->points().spacingLevels()) {
+    raster::RasterInfo info = layer->infoOf(level);
+    const bool isLast = level == layer->ground->points().spacingLevels().back();
+    const bool isBeside = options.region && !geo::sharedRect(info.bounds, *options.region);
+    if (isBeside && !(isLast && plan.inputs.size() == before)) continue;
+    if (plan.inputs.size() > before) info.warnings.clear();
+    if (auto ok = addInput(options, info, isFirst && plan.inputs.size() == before, plan); !ok) return ok;
+    plan.inputs.back().footprint = {};
+    plan.inputs.back().ground = layer->ground;
+    plan.inputs.back().spacingLevel = level;
+    if (auto ok = addVerticalDatum(info, plan); !ok) return ok;
+  }
   return {};
 }
 
@@ -290,6 +348,18 @@ bool BuildPlan::fills() const {
   return std::ranges::any_of(inputs, [&](const PlannedInput& input) { return input.depth != deepestLevel; });
 }
 
+std::uint64_t BuildPlan::bytesHeld(int jobs) const {
+  std::uint64_t bytes = cleaned ? cleaned->bytes() : 0;
+  const raster::PointGround* counted = nullptr;
+  for (const PlannedInput& input : inputs) {
+    if (!input.ground || input.ground.get() == counted) continue;
+    counted = input.ground.get();
+    bytes += bytesOfPoints(*counted);
+  }
+  if (counted != nullptr) bytes += static_cast<std::uint64_t>(jobs) * raster::PointGround::kBytesToMakeABlock;
+  return bytes;
+}
+
 double heightStepFor(double heightQuantum_m) {
   if (!(heightQuantum_m > 0.0) || !std::isfinite(heightQuantum_m)) return 0.0;
   return std::exp2(std::floor(std::log2(heightQuantum_m / 16.0)));
@@ -321,14 +391,14 @@ io::Result<BuildPlan> planBuild(const BuildOptions& options, const std::optional
   for (const std::string& path : options.inputs) {
     if (auto ok = checkInput(path); !ok) return tl::unexpected(ok.error());
     const std::vector<FileStamp> before = {stampOf(path)};
-    const auto file = raster::RasterFile::open(path, options.kind, plan.rasterOptions);
-    if (!file) return tl::unexpected(file.error());
     const bool isFirst = !base && plan.inputs.empty();
-    if (auto ok = addInput(options, file->info(), isFirst, plan); !ok) return tl::unexpected(ok.error());
+    const bool isPoints = raster::isPointFile(path, options.points);
+    const auto added = isPoints ? addPoints(options, path, isFirst, plan) : addRaster(options, path, isFirst, plan);
+    if (!added) return tl::unexpected(added.error());
     // Else the key would be that of other bytes, or of none.
     if (auto ok = checkUnchanged(before); !ok) return tl::unexpected(whileOpened(ok.error()));
-    if (auto ok = addVerticalDatum(file->info(), plan); !ok) return tl::unexpected(ok.error());
-    signatures += "\n" + signatureOf(plan.inputs.back());
+    plan.meta.sources.push_back(storedName(path));
+    signatures += "\n" + signatureOf(plan.inputs.back()) + (isPoints ? kPointsVersion : "");
   }
   plan.meta.maxLevel = plan.deepestLevel;
   planFilling(base, plan);

@@ -9,12 +9,14 @@
 #include "pyramid/fill_plan.h"
 #include "pyramid/input_signature.h"
 #include "pyramid/pyramid_builder.h"
+#include "raster/point_ground.h"
 #include "raster/raster_file.h"
 
 namespace tellurion::pyramid {
 
 class ImageryCleaning;
 
+/// A raster, or of a layer of points the ground of one spacing (planned_points.h).
 struct PlannedInput {
   std::string path;
   /// The smallest level whose largest sample spacing does not exceed the input's finest, no deeper than asked for.
@@ -26,6 +28,8 @@ struct PlannedInput {
   geo::GeoRect extent;           ///< of all of it
   geo::Angle spacing;            ///< the finest that is made use of
   std::vector<FileStamp> files;  ///< all that it is read from, as they were when it was planned
+  std::shared_ptr<const raster::PointGround> ground = nullptr;  ///< null: a raster
+  int spacingLevel = 0;                                         ///< of the ground
 };
 
 /// All that is decided before the first tile is made. Immutable: worker threads share it.
@@ -49,6 +53,8 @@ struct BuildPlan {
 
   /// Whether heights may depend on other data than that at their place, or have to say how deep that is.
   bool fills() const;
+  /// What is held in memory as long as the build goes on, and of points is needed while they are asked for.
+  std::uint64_t bytesHeld(int jobs) const;
   /// Of the first tiles that are made.
   int startLevel() const { return blockLevel.value_or(deepestLevel); }
   tiling::Tiling tiling() const { return tiling::Tiling(meta.scheme); }

@@ -77,11 +77,11 @@ io::Result<raster::RasterFile*> InputSet::file(int input) {
   slot.lastUse = ++uses_;
   if (slot.file) return &*slot.file;
   if (openFiles_ >= mostOpen_) closeOldest();
-  const PlannedInput& planned = plan_.inputs[static_cast<std::size_t>(input)];
-  if (auto ok = checkUnchanged(planned.files); !ok) return tl::unexpected(ok.error());
+  const PlannedInput& from = planned(input);
+  if (auto ok = checkUnchanged(from.files); !ok) return tl::unexpected(ok.error());
   raster::RasterOptions options = plan_.rasterOptions;
   options.cacheBytes = cacheBytes_;
-  auto opened = raster::RasterFile::open(planned.path, plan_.meta.kind, options);
+  auto opened = raster::RasterFile::open(from.path, plan_.meta.kind, options);
   if (!opened) return tl::unexpected(opened.error());
   slot.file.emplace(std::move(*opened));
   ++openFiles_;
@@ -111,19 +111,26 @@ io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::Ti
                                    std::span<const std::size_t> indices, std::span<float> out) {
   if (indices.empty()) return {};
   const bool isMoved = !plan_.verticalDatum.empty();
-  const auto places = isMoved ? placesOf(plan_, id, indices) : std::vector<geo::Direction>();
-  std::vector<float> own(places.size());
+  const bool hasPoints = std::ranges::any_of(inputs, [&](int input) { return planned(input).ground != nullptr; });
+  const auto places = isMoved || hasPoints ? placesOf(plan_, id, indices) : std::vector<geo::Direction>();
+  std::vector<float> own(isMoved ? indices.size() : 0);
   for (const int input : inputs) {
-    const auto opened = file(input);
-    if (!opened) return tl::unexpected(opened.error());
-    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
     std::ranges::fill(own, raster::kNoData);
-    const std::span<float> target = isMoved ? own : out;
-    auto ok = (*opened)->sampleTile(plan_.tiling(), id, plan_.meta.tileCells, indices, footprint, target);
-    if (ok && isMoved) ok = layAboveDatum(input, **opened, places, own, out);
+    auto ok = ofOne(input, id, indices, places, isMoved ? own : out);
+    if (ok && isMoved) ok = layAboveDatum(input, places, own, out);
     if (!ok) return ok;
   }
   return {};
+}
+
+/// Heights of an input as they are stored.
+io::Result<void> InputSet::ofOne(int input, const tiling::TileId& id, std::span<const std::size_t> indices,
+                                 std::span<const geo::Direction> places, std::span<float> out) {
+  const PlannedInput& from = planned(input);
+  if (from.ground) return from.ground->sampleHeights(from.spacingLevel, places, out);
+  const auto opened = file(input);
+  if (!opened) return tl::unexpected(opened.error());
+  return (*opened)->sampleTile(plan_.tiling(), id, plan_.meta.tileCells, indices, from.footprint, out);
 }
 
 io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::TileId& id,
@@ -134,7 +141,7 @@ io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::Ti
   for (const int input : inputs) {
     const auto opened = file(input);
     if (!opened) return tl::unexpected(opened.error());
-    const geo::Angle footprint = plan_.inputs[static_cast<std::size_t>(input)].footprint;
+    const geo::Angle footprint = planned(input).footprint;
     std::ranges::fill(own, raster::Rgba8{});
     const std::span<raster::Rgba8> target = plan_.cleaned ? own : out;
     auto ok = (*opened)->sampleTile(plan_.tiling(), id, plan_.meta.tileCells, indices, footprint, target);
@@ -145,9 +152,8 @@ io::Result<void> InputSet::sampled(std::span<const int> inputs, const tiling::Ti
 }
 
 /// Lays an input's heights, which are above its vertical datum, as heights above the ellipsoid.
-io::Result<void> InputSet::layAboveDatum(int input, const raster::RasterFile& file,
-                                         std::span<const geo::Direction> places, std::span<const float> heights,
-                                         std::span<float> out) {
+io::Result<void> InputSet::layAboveDatum(int input, std::span<const geo::Direction> places,
+                                         std::span<const float> heights, std::span<float> out) {
   const auto index = static_cast<std::size_t>(input);
   std::vector<std::size_t> found;
   std::vector<geo::Direction> foundPlaces;
@@ -158,13 +164,13 @@ io::Result<void> InputSet::layAboveDatum(int input, const raster::RasterFile& fi
   }
   std::optional<raster::VerticalDatum>& datum = files_[index].datum;
   if (!datum) {
-    auto opened = raster::VerticalDatum::open(plan_.verticalDatum, file.info().body, plan_.inputs[index].bounds);
+    auto opened = raster::VerticalDatum::open(plan_.verticalDatum, plan_.meta.body, planned(input).bounds);
     if (!opened) return tl::unexpected(opened.error());
     datum.emplace(std::move(*opened));
   }
   std::vector<double> zeros(found.size());
   if (auto ok = datum->heightsOfZero(foundPlaces, zeros); !ok) {
-    ok.error().where = file.info().path;
+    ok.error().where = planned(input).path;
     return ok;
   }
   for (std::size_t i = 0; i < found.size(); ++i)
@@ -190,6 +196,8 @@ io::Result<void> InputSet::colours(std::span<const int> inputs, const tiling::Ti
 }
 
 io::Result<bool> InputSet::mayTouch(int input, const tiling::TileId& id, geo::Angle within) {
+  const PlannedInput& asked = planned(input);
+  if (asked.ground) return asked.ground->mayTouch(asked.spacingLevel, plan_.tiling(), id, within);
   if (files_.size() > mostOpen_) return true;
   const auto opened = file(input);
   if (!opened) return tl::unexpected(opened.error());

@@ -45,8 +45,11 @@ class InputSet {
     std::uint64_t lastUse = 0;
   };
   io::Result<raster::RasterFile*> file(int input);
-  io::Result<void> layAboveDatum(int input, const raster::RasterFile& file, std::span<const geo::Direction> places,
-                                 std::span<const float> heights, std::span<float> out);
+  const PlannedInput& planned(int input) const { return plan_.inputs[static_cast<std::size_t>(input)]; }
+  io::Result<void> ofOne(int input, const tiling::TileId& id, std::span<const std::size_t> indices,
+                         std::span<const geo::Direction> places, std::span<float> out);
+  io::Result<void> layAboveDatum(int input, std::span<const geo::Direction> places, std::span<const float> heights,
+                                 std::span<float> out);
   template <class T>
   io::Result<void> laid(std::span<const int> inputs, const tiling::TileId& id, std::span<const std::size_t> indices,
                         std::span<T> out);

@@ -51,8 +51,9 @@ io::Result<Warnings> runPart(const BuildOptions& options, const BuildPlan& plan,
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return Warnings{};  // killed before it was renamed
-  const std::uint64_t maps = plan.cleaned ? plan.cleaned->bytes() : 0;
-  const BuildRun::Resources resources{.jobs = jobsFor(options), .memoryBytes = options.memoryBytes - maps};
+  const int jobs = jobsFor(options);
+  const std::uint64_t held = std::min(plan.bytesHeld(jobs), options.memoryBytes);
+  const BuildRun::Resources resources{.jobs = jobs, .memoryBytes = options.memoryBytes - held};
   const ProgressSink untold;
   BuildRun run(plan, database, resources, untold, std::move(stop), {.part = part, .shards = nullptr});
   if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());

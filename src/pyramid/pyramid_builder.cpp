@@ -49,8 +49,9 @@ io::Result<bool> runToTheEnd(const BuildOptions& options, const BuildPlan& plan,
   const auto position = database.position();
   if (!position) return tl::unexpected(position.error());
   if (!*position) return io::fail(Code::corrupt, "does not say where it was; remove it", database.connection().path());
-  const std::uint64_t maps = plan.cleaned ? plan.cleaned->bytes() : 0;
-  const BuildRun::Resources resources{.jobs = jobsFor(options), .memoryBytes = options.memoryBytes - maps};
+  const int jobs = jobsFor(options);
+  const std::uint64_t held = std::min(plan.bytesHeld(jobs), options.memoryBytes);
+  const BuildRun::Resources resources{.jobs = jobs, .memoryBytes = options.memoryBytes - held};
   BuildRun run(plan, database, resources, progress, std::move(stop), {.part = {}, .shards = shards});
   if (auto ok = run.run(**position); !ok) return tl::unexpected(ok.error());
   warnings.merge(run.warnings());

@@ -13,6 +13,7 @@
 #include "geo/geo_rect.h"
 #include "io/failure.h"
 #include "pyramid/cleaning_options.h"
+#include "raster/point_layer.h"
 #include "raster/tile.h"
 #include "tiling/tiling.h"
 
@@ -28,7 +29,7 @@ inline constexpr std::uint64_t kLeastMemory = std::uint64_t{128} << 20u;
 
 struct BuildOptions {
   std::filesystem::path output;     ///< work is done in OUTPUT.part, renamed at the end
-  std::vector<std::string> inputs;  ///< rasters, bottom first: later ones lie over earlier ones
+  std::vector<std::string> inputs;  ///< rasters and layers of points, bottom first: later ones lie over earlier ones
   raster::Kind kind = raster::Kind::elevation;
   tiling::Scheme scheme = tiling::Scheme::cube;
   std::optional<geo::Body> body;  ///< left out: what the inputs say, which must agree
@@ -45,7 +46,8 @@ struct BuildOptions {
   /// Elevation: what the inputs' heights are above, as raster/vertical_datum.h names it; they are stored above the
   /// ellipsoid. Empty: as they are.
   std::string verticalDatum;
-  CleaningOptions cleaning;  ///< imagery
+  raster::PointOptions points;  ///< elevation: how inputs that are layers of points are read
+  CleaningOptions cleaning;     ///< imagery
   /// Only what lies in it is built, as if every input ended at its edges; nothing beside it is read but what samples
   /// within are made of.
   std::optional<geo::GeoRect> region;

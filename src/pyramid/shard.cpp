@@ -50,6 +50,9 @@ void writeRequest(const BuildOptions& options, Writer& writer) {
   if (options.fillVoids_m) writer.put("fill_voids_m", *options.fillVoids_m);
   if (options.maxError_m) writer.put("max_error_m", *options.maxError_m);
   writer.put("vertical_datum", options.verticalDatum);
+  for (const std::string& column : options.points.columns)
+    writer.put("points_column", column);
+  writer.put("points_srs", options.points.reference);
   writer.put("match_colours", std::int64_t{options.cleaning.matchColours});
   writer.put("feather_m", options.cleaning.feather_m);
   for (const std::string& file : options.cleaning.cutAt)
@@ -78,6 +81,8 @@ void readRow(const io::SqliteStatement& row, const geo::Body& body, ShardRequest
   if (key == "fill_voids_m") options.fillVoids_m = real;
   if (key == "max_error_m") options.maxError_m = real;
   if (key == "vertical_datum") options.verticalDatum = row.text(1);
+  if (key == "points_column") options.points.columns.push_back(row.text(1));
+  if (key == "points_srs") options.points.reference = row.text(1);
   if (key == "match_colours") options.cleaning.matchColours = isOn();
   if (key == "feather_m") options.cleaning.feather_m = real;
   if (key == "cut") options.cleaning.cutAt.push_back(row.text(1));

@@ -38,6 +38,7 @@ constexpr std::array kDrivers{
     "ZMap",    "HF2",      "BLX",    "Terragen", "GXF",    "ISG",     "JP2OpenJPEG", "GRASSASCIIGrid"};
 /// The same for shapes. (GML's would fetch schemas that a file names.)
 constexpr std::array kVectorDrivers{"ESRI Shapefile", "GeoJSON", "GPKG", "FlatGeobuf", "KML"};
+constexpr std::array kTableDrivers{"CSV"};
 /// For images in memory: these read what they are given and nothing else.
 constexpr std::array kMemoryDrivers{"GTiff", "PNG", "GIF"};
 /// These open nothing: they write.
@@ -63,7 +64,11 @@ void forgetOtherDrivers() {
     const std::string_view name = GDALGetDriverShortName(driver);
     const bool isForVectors = std::ranges::find(kVectorDrivers, name) != kVectorDrivers.end();
     const bool isForWriting = std::ranges::find(kWritingDrivers, name) != kWritingDrivers.end();
-    if (name == kMemoryDriver || name == kTablesDriver || isAllowed(name) || isForVectors || isForWriting) continue;
+    const bool isForTables = name == kTableDrivers.front();
+    if (name == kMemoryDriver || name == kTablesDriver || isAllowed(name) || isForVectors || isForTables ||
+        isForWriting) {
+      continue;
+    }
     if (name == kVirtualDriver) {
       GDALDriver& virtualRasters = *GDALDriver::FromHandle(driver);
       openVirtual = std::exchange(virtualRasters.pfnOpen, nullptr);
@@ -219,22 +224,33 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
       path));
 }
 
-io::Result<DatasetPtr> gdalOpenVector(const std::string& path) {
+namespace {
+
+io::Result<DatasetPtr> openShapes(const std::string& path, const CPLStringList& drivers, const char* failed) {
   const GdalMessages messages;
   if (!isPlainName(path)) {
     return io::fail(Code::invalidArgument, "is not the name of a local file; copy the data here first", path);
   }
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return io::fail(Code::notFound, "there is no such file", path);
-  const CPLStringList drivers = namesOf(kVectorDrivers);
   DatasetPtr dataset(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                                        drivers.List(), nullptr, nullptr));
   if (dataset && staysInItsFolder(*dataset, path)) return dataset;
   if (dataset) {
     return io::fail(Code::unsupported, "names files outside its own folder; put them beside it", path);
   }
-  return tl::unexpected(messages.failure(
-      Code::unsupported, "cannot be opened as vectors (Shapefile, GeoJSON, GeoPackage, FlatGeobuf, KML)", path));
+  return tl::unexpected(messages.failure(Code::unsupported, failed, path));
+}
+
+}  // namespace
+
+io::Result<DatasetPtr> gdalOpenVector(const std::string& path) {
+  return openShapes(path, namesOf(kVectorDrivers),
+                    "cannot be opened as vectors (Shapefile, GeoJSON, GeoPackage, FlatGeobuf, KML)");
+}
+
+io::Result<DatasetPtr> gdalOpenTable(const std::string& path) {
+  return openShapes(path, namesOf(kTableDrivers), "cannot be opened as a table of text with a line of names");
 }
 
 MemoryDataset::MemoryDataset(DatasetPtr dataset, std::string name)

@@ -48,6 +48,9 @@ io::Result<DatasetPtr> gdalOpen(const std::string& path, std::vector<std::string
 /// The same for shapes: Shapefile, GeoJSON, GeoPackage, FlatGeobuf and KML.
 io::Result<DatasetPtr> gdalOpenVector(const std::string& path);
 
+/// The same for a table of text, parted by commas, semicolons or tabs. A .prj beside it says where it lies.
+io::Result<DatasetPtr> gdalOpenTable(const std::string& path);
+
 /// A dataset in memory, and GDAL's name for the memory. Move-only.
 class MemoryDataset {
  public:
