@@ -10,11 +10,12 @@ vec3 lampLight(float strength, float sunHeight) {
 float sunInWater(vec3 toEye, vec3 up, vec3 toSun) {
   vec3 facet = normalize(toEye + toSun);
   float cosine = max(dot(facet, up), 1e-3);
-  float cosine2 = cosine * cosine;
-  float slope2 = (1.0 - cosine2) / cosine2;
-  float reflects = kWaterReflects + (1.0 - kWaterReflects) * pow(1.0 - clamp(dot(facet, toSun), 0.0, 1.0), 5.0);
-  float facets = exp(-slope2 / kWaterSlopes) / kWaterSlopes;
-  return reflects * facets / (4.0 * max(dot(toEye, up), kWaterGrazing) * cosine2 * cosine2);
+  float perCosine2 = 1.0 / (cosine * cosine);
+  float missing = 1.0 - clamp(dot(facet, toSun), 0.0, 1.0);
+  float missing2 = missing * missing;
+  float reflects = kWaterReflects + (1.0 - kWaterReflects) * missing2 * missing2 * missing;
+  float facets = exp((1.0 - perCosine2) / kWaterSlopes) / (4.0 * kWaterSlopes);
+  return reflects * facets * perCosine2 * perCosine2 / max(dot(toEye, up), kWaterGrazing);
 }
 
 // Linear light that leaves the ground towards the eye. Lambert's law with the relief's normal; vectors are in body axes,
