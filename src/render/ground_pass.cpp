@@ -55,8 +55,9 @@ FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
                       0.0f}};
 }
 
-/// Of night lights and water only the coverage is read, which is not sRGB: a software renderer reads texels that it
-/// need not decode at a fraction of the cost. Else as makeTextureArray() has it; a GPU's textures keep their own.
+/// Of water only the coverage is read, which is not sRGB: a software renderer reads texels that it need not decode at a
+/// fraction of the cost. It filters these in 8 bits, too coarse for the light of night lights. Else as
+/// makeTextureArray() has it; a GPU's textures keep their own.
 Sampler makeCoverageSampler() {
   if (!isSoftwareRenderer() || !epoxy_has_gl_extension("GL_EXT_texture_sRGB_decode")) return {};
   GLuint name = 0;
@@ -186,8 +187,6 @@ int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents, bool i
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
   for (GLuint unit = 0; unit < kUnits; ++unit)
     glBindSampler(unit, 0);
-  for (const GLuint unit : {kSecondUnit, kThirdUnit})
-    glBindSampler(unit, coverageSampler_.name());
   for (const DrawGroup& group : plan.groups())
     drawGroup(group, inAir ? airPrograms_ : programs_, plan.adjusts(), residents);
   for (const GLuint unit : {kSecondUnit, kThirdUnit})
@@ -223,6 +222,8 @@ void GroundPass::drawGroup(const DrawGroup& group, const Programs& programs, boo
       glUseProgram(adjusts ? programs.adjusted.name() : programs.layered.name());
       break;
   }
+  glBindSampler(kSecondUnit, group.kind == TileColours::Kind::water ? coverageSampler_.name() : 0);
+  glBindSampler(kThirdUnit, coverageSampler_.name());
   glBindTextureUnit(kSecondUnit, residents.colours().texture(group.secondBlock));
   glBindTextureUnit(kThirdUnit, residents.colours().texture(group.thirdBlock));
   residents.geometry().bind(group.run.chunk);
