@@ -17,6 +17,7 @@
 #include "render/moon_disc.h"
 #include "render/shader.h"
 #include "render/shader_texts.h"
+#include "render/sky_part.h"
 
 namespace tellurion::render {
 namespace {
@@ -81,6 +82,10 @@ struct AirPass::Parts {
   Program skyProgram;
   GLint background = -1;
   GLint moon = -1;
+  GLint rows = -1;
+  GLint bandCount = -1;
+  GLint firstColumn = -1;
+  SkyPart skyPart;
   VertexArray nothing;  // the sky has no vertices
   Buffer block;
   Texture transmittance;
@@ -178,6 +183,9 @@ io::Result<AirPass> AirPass::create() {
   parts->viewProgram = std::move(*view);
   parts->skyProgram = std::move(*sky);
   parts->background = glGetUniformLocation(parts->skyProgram.name(), "background");
+  parts->rows = glGetUniformLocation(parts->skyProgram.name(), "rows");
+  parts->bandCount = glGetUniformLocation(parts->skyProgram.name(), "bandCount");
+  parts->firstColumn = glGetUniformLocation(parts->skyProgram.name(), "firstColumn");
   parts->moon = glGetUniformLocation(parts->skyProgram.name(), "moon_body");
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
@@ -202,6 +210,7 @@ void AirPass::setFrame(const scene::Frame& frame) {
   AirBlock block{.air = airModelOf(atmosphere, p.radius_m), .view = airViewOf(atmosphere, frame.ellipsoid, eye)};
   block.view.up.w = static_cast<float>(p.exposure(frame.air, eye));
   block.view.toSun.w = static_cast<float>(frame.view.pixelAngle());
+  p.skyPart = skyPartOf(frame.view, block.view);
   p.bind(block);
 }
 
@@ -220,9 +229,13 @@ int AirPass::drawSky(const scene::Frame& frame) const {
   const MoonDisc disc = moonDiscOf(frame).value_or(MoonDisc{});
   const geo::Vec4f moon(geo::Vec3f(disc.towards_body), static_cast<float>(disc.radius_rad));
   glProgramUniform4fv(p.skyProgram.name(), p.moon, 1, &moon[0]);
+  const SkyPart& sky = p.skyPart;
+  glProgramUniform1iv(p.skyProgram.name(), p.rows, static_cast<GLsizei>(sky.rows.size()), sky.rows.data());
+  glProgramUniform1i(p.skyProgram.name(), p.bandCount, sky.bandCount);
+  glProgramUniform1i(p.skyProgram.name(), p.firstColumn, sky.firstColumn);
   glBindVertexArray(p.nothing.name());
   glDepthMask(GL_FALSE);
-  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 2 * (kSkyColumns + 1), kSkyBands + 1);
+  glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 2 * (sky.columnCount + 1), sky.bandCount + 1);
   glDepthMask(GL_TRUE);
   glBindVertexArray(0);
   return 1;

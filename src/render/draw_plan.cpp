@@ -15,7 +15,7 @@ std::uint32_t blockOf(const TexturePlace* place) {
 }  // namespace
 
 auto DrawPlan::Turn::group() const {
-  return std::tie(chunk, kind, colourBlock, secondBlock, reliefBlock);
+  return std::tie(chunk, kind, colourBlock, secondBlock, thirdBlock, reliefBlock);
 }
 
 bool DrawPlan::Turn::operator<(const Turn& o) const {
@@ -66,7 +66,8 @@ void DrawPlan::orderTiles(std::span<const ResidentTile> tiles, const SnappedEye&
     turns_.push_back({.chunk = tiles[i].mesh->chunk,
                       .kind = colours.kind,
                       .colourBlock = readsAll ? 0 : blockOf(colours.one.place),
-                      .secondBlock = colours.kind == Kind::second ? blockOf(colours.second.place) : 0,
+                      .secondBlock = readsAll ? 0 : blockOf(colours.second.place),
+                      .thirdBlock = readsAll ? 0 : blockOf(colours.third.place),
                       .reliefBlock = readsAll ? 0 : blockOf(tiles[i].relief),
                       .distance = geo::dot(origin_rte, origin_rte),
                       .tile = static_cast<std::uint32_t>(i)});
@@ -111,6 +112,7 @@ void DrawPlan::writeCommands(std::span<const ResidentTile> tiles) {
       groups_.push_back({.kind = turn.kind,
                          .colourBlock = turn.colourBlock,
                          .secondBlock = turn.secondBlock,
+                         .thirdBlock = turn.thirdBlock,
                          .reliefBlock = turn.reliefBlock,
                          .nearest = turn.distance,
                          .run = empty});

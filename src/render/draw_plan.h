@@ -14,7 +14,8 @@ namespace tellurion::render {
 struct DrawGroup {
   TileColours::Kind kind = TileColours::Kind::one;
   std::uint32_t colourBlock = 0;  ///< of `one` and `night`; tiles of several pictures read all blocks
-  std::uint32_t secondBlock = 0;  ///< of `second`
+  std::uint32_t secondBlock = 0;  ///< of `lamps`, `water` and `both`
+  std::uint32_t thirdBlock = 0;   ///< of `both`
   std::uint32_t reliefBlock = 0;  ///< of `one` and `night`
   float nearest = 0.0f;           ///< squared distance of its nearest tile
   CommandRun run;
@@ -47,6 +48,7 @@ class DrawPlan {
     TileColours::Kind kind = TileColours::Kind::one;
     std::uint32_t colourBlock = 0;
     std::uint32_t secondBlock = 0;
+    std::uint32_t thirdBlock = 0;
     std::uint32_t reliefBlock = 0;
     float distance = 0.0f;
     std::uint32_t tile = 0;

@@ -90,7 +90,7 @@ class DrawPlanTest : public testing::Test {
     if (pictureCount > 0) {
       ASSERT_EQ(group.colourBlock, places_[2 * tile].block);
     }
-    ASSERT_EQ(group.kind, pictureCount == 2 ? Kind::second : Kind::one);
+    ASSERT_EQ(group.kind, pictureCount == 2 ? Kind::lamps : Kind::one);
     if (pictureCount == 2) {
       ASSERT_EQ(group.secondBlock, places_[2 * tile + 1].block);
       ASSERT_EQ(record.pictureCount, static_cast<int>(places_[2 * tile + 1].layer));
@@ -115,7 +115,7 @@ TEST_F(DrawPlanTest, NightLightsHaveAProgramOfTheirOwnWithinFourDrawCalls) {
   for (std::uint32_t i = 0; i < 4; ++i)
     add(0, i, 7, 1e6);
   plan();
-  EXPECT_EQ(groupsOf(Kind::second), 4u);
+  EXPECT_EQ(groupsOf(Kind::lamps), 4u);
   EXPECT_EQ(plan_.groups()[2].secondBlock, 7u);
   for (const TileRecord& record : plan_.records())
     EXPECT_EQ(record.pictureCount, 3);  // the layer of the lamps
@@ -126,7 +126,7 @@ TEST_F(DrawPlanTest, BeyondThatAsManyAsMustGoWithTilesOfSeveralPictures) {
     add(0, i, 7, 1e6);
   plan();
   ASSERT_EQ(plan_.groups().size(), 4u);
-  EXPECT_EQ(groupsOf(Kind::second), 3u);
+  EXPECT_EQ(groupsOf(Kind::lamps), 3u);
   for (const DrawGroup& group : plan_.groups()) {
     EXPECT_EQ(group.run.count, group.kind == Kind::layered ? 2u : 1u);
     for (std::size_t c = group.run.first; c < group.run.first + group.run.count; ++c) {

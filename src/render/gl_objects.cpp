@@ -60,6 +60,9 @@ void VertexArrayKind::destroy(unsigned int name) {
 void FramebufferKind::destroy(unsigned int name) {
   glDeleteFramebuffers(1, &name);
 }
+void SamplerKind::destroy(unsigned int name) {
+  glDeleteSamplers(1, &name);
+}
 void ProgramKind::destroy(unsigned int name) {
   glDeleteProgram(name);
 }

@@ -53,12 +53,16 @@ struct FramebufferKind {
 struct ProgramKind {
   static void destroy(unsigned int name);
 };
+struct SamplerKind {
+  static void destroy(unsigned int name);
+};
 
 using Buffer = GlObject<BufferKind>;
 using Texture = GlObject<TextureKind>;
 using VertexArray = GlObject<VertexArrayKind>;
 using Framebuffer = GlObject<FramebufferKind>;
 using Program = GlObject<ProgramKind>;
+using Sampler = GlObject<SamplerKind>;
 
 /// A buffer of fixed size whose content is written with glNamedBufferSubData. Empty when memory does not suffice.
 Buffer makeBuffer(std::uint64_t bytes);

@@ -26,6 +26,7 @@ constexpr GLuint kSecondUnit = 1;
 constexpr GLuint kPictureUnit = 2;
 constexpr GLuint kFirstReliefUnit = 3;
 constexpr GLuint kFirstBlockUnit = kFirstReliefUnit + shading::kMostReliefBlocks;
+constexpr GLuint kThirdUnit = 21;  // beyond those of the air
 constexpr GLuint kUnits = kFirstBlockUnit + shading::kMostBlocks;
 
 /// std140, as frame_block.glsl declares it.
@@ -54,6 +55,21 @@ FrameBlock blockOf(const scene::Frame& frame, const SnappedEye& eye) {
                       0.0f}};
 }
 
+/// Of water only the coverage is read, which is not sRGB: a software renderer reads texels that it need not decode at a
+/// fraction of the cost. It filters these in 8 bits, too coarse for the light of night lights. Else as
+/// makeTextureArray() has it; a GPU's textures keep their own.
+Sampler makeCoverageSampler() {
+  if (!isSoftwareRenderer() || !epoxy_has_gl_extension("GL_EXT_texture_sRGB_decode")) return {};
+  GLuint name = 0;
+  glCreateSamplers(1, &name);
+  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(name, GL_TEXTURE_SRGB_DECODE_EXT, GL_SKIP_DECODE_EXT);
+  return Sampler(name);
+}
+
 Buffer emptyBuffer() {
   GLuint name = 0;
   glCreateBuffers(1, &name);
@@ -79,12 +95,12 @@ void describeRecords(GLuint vao, GLuint buffer) {
     std::size_t offset;
   };
   constexpr std::array kFields{Field{3, 3, offsetof(TileRecord, originCoarse_rte)},
-                               Field{4, 3, offsetof(TileRecord, originFine_rte)},
+                               Field{4, 4, offsetof(TileRecord, originFine_rte)},
                                Field{5, 4, offsetof(TileRecord, colourWindow)},
                                Field{6, 4, offsetof(TileRecord, reliefWindow)},
                                Field{7, 4, offsetof(TileRecord, plain)},
                                Field{13, 4, offsetof(TileRecord, morph)},
-                               Field{14, 1, offsetof(TileRecord, parentStep_m)},
+                               Field{14, 4, offsetof(TileRecord, thirdWindow)},
                                Field{15, 4, offsetof(TileRecord, secondWindow)}};
   constexpr GLuint kLayers = 8;
   for (const Field& field : kFields) {
@@ -119,10 +135,13 @@ io::Result<GroundPass::Programs> GroundPass::compilePrograms(bool asOnAnyGpu, bo
     if (!program) fine = tl::unexpected(program.error());
     return program ? std::move(*program) : Program();
   };
-  Programs programs{.one = compiled("", shaders::one_block, shaders::terrain_frag),
-                    .second = compiled("#define SECOND\n#define MIRROR\n", shaders::one_block, shaders::terrain_frag),
-                    .layered = compiled("#define MIRROR\n", layers, shaders::terrain_layers_frag),
-                    .adjusted = compiled("#define MIRROR\n#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
+  Programs programs{
+      .one = compiled("", shaders::one_block, shaders::terrain_frag),
+      .lamps = compiled("#define SECOND\n", shaders::one_block, shaders::terrain_frag),
+      .water = compiled("#define SECOND\n#define MIRROR\n", shaders::one_block, shaders::terrain_frag),
+      .both = compiled("#define SECOND\n#define THIRD\n#define MIRROR\n", shaders::one_block, shaders::terrain_frag),
+      .layered = compiled("#define MIRROR\n", layers, shaders::terrain_layers_frag),
+      .adjusted = compiled("#define MIRROR\n#define ADJUSTED\n", layers, shaders::terrain_layers_frag)};
   if (!fine) return tl::unexpected(fine.error());
   return programs;
 }
@@ -134,7 +153,8 @@ GroundPass::GroundPass(Programs programs, bool asOnAnyGpu)
       recordBuffer_(emptyBuffer()),
       commandBuffer_(emptyBuffer()),
       pictureBuffer_(emptyBuffer()),
-      pictureTexture_(emptyBufferTexture()) {}
+      pictureTexture_(emptyBufferTexture()),
+      coverageSampler_(makeCoverageSampler()) {}
 
 io::Result<GroundPass> GroundPass::create(const GeometryArena& geometry, bool asOnAnyGpu) {
   auto programs = compilePrograms(asOnAnyGpu, false);
@@ -169,6 +189,8 @@ int GroundPass::draw(const DrawPlan& plan, const GpuResidents& residents, bool i
     glBindSampler(unit, 0);
   for (const DrawGroup& group : plan.groups())
     drawGroup(group, inAir ? airPrograms_ : programs_, plan.adjusts(), residents);
+  for (const GLuint unit : {kSecondUnit, kThirdUnit})
+    glBindSampler(unit, 0);
   glBindVertexArray(0);
   return static_cast<int>(plan.groups().size());
 }
@@ -187,14 +209,23 @@ void GroundPass::drawGroup(const DrawGroup& group, const Programs& programs, boo
     case TileColours::Kind::one:
       glUseProgram(programs.one.name());
       break;
-    case TileColours::Kind::second:
-      glUseProgram(programs.second.name());
-      glBindTextureUnit(kSecondUnit, residents.colours().texture(group.secondBlock));
+    case TileColours::Kind::lamps:
+      glUseProgram(programs.lamps.name());
+      break;
+    case TileColours::Kind::water:
+      glUseProgram(programs.water.name());
+      break;
+    case TileColours::Kind::both:
+      glUseProgram(programs.both.name());
       break;
     case TileColours::Kind::layered:
       glUseProgram(adjusts ? programs.adjusted.name() : programs.layered.name());
       break;
   }
+  glBindSampler(kSecondUnit, group.kind == TileColours::Kind::water ? coverageSampler_.name() : 0);
+  glBindSampler(kThirdUnit, coverageSampler_.name());
+  glBindTextureUnit(kSecondUnit, residents.colours().texture(group.secondBlock));
+  glBindTextureUnit(kThirdUnit, residents.colours().texture(group.thirdBlock));
   residents.geometry().bind(group.run.chunk);
   glBindTextureUnit(kColourUnit, residents.colours().texture(group.colourBlock));
   // All of them for tiles that read all blocks, whose group names the first; the others read the first unit.
@@ -223,9 +254,10 @@ void GroundPass::drawWithEach(const Programs& programs, const MeshPlace& mesh, c
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, frameBlock_.name());
   glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commandBuffer_.name());
   using Kind = TileColours::Kind;
-  for (const Kind kind : {Kind::one, Kind::second, Kind::layered}) {
+  for (const Kind kind : {Kind::one, Kind::lamps, Kind::water, Kind::both, Kind::layered}) {
     const DrawGroup group{.kind = kind,
                           .secondBlock = residents.colours().blockOfCoverage(),
+                          .thirdBlock = residents.colours().blockOfCoverage(),
                           .run = {.chunk = mesh.chunk, .first = 0, .count = 1}};
     drawGroup(group, programs, false, residents);
     if (kind == Kind::layered) drawGroup(group, programs, true, residents);

@@ -38,7 +38,9 @@ class GroundPass {
  private:
   struct Programs {
     Program one;       ///< tiles of one picture
-    Program second;    ///< and those with one of night lights or water
+    Program lamps;     ///< of that and one of night lights
+    Program water;     ///< or of water
+    Program both;      ///< or of each
     Program layered;   ///< tiles of several pictures
     Program adjusted;  ///< likewise, where colours of some layer are adjusted
   };
@@ -55,7 +57,8 @@ class GroundPass {
   Buffer recordBuffer_;
   Buffer commandBuffer_;
   Buffer pictureBuffer_;
-  Texture pictureTexture_;  // how shaders read it
+  Texture pictureTexture_;
+  Sampler coverageSampler_;  // how shaders read it
 };
 
 }  // namespace tellurion::render

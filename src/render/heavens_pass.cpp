@@ -21,6 +21,8 @@ namespace {
 constexpr double kFullMagnitude = 1.2;
 constexpr double kLeastSpread_px = 0.7;
 constexpr double kMostSpread_px = 12.0;
+constexpr double kStarReach = 4.3;  // spreads to the corner of a star's square (star.vert.glsl)
+constexpr double kDeepestGround_m = 20e3;
 constexpr double kNoDisc = 2.0;  // a cosine that nothing has
 
 /// As star.vert.glsl reads it.
@@ -63,12 +65,14 @@ struct HeavensPass::Parts {
   VertexArray squares;  // of stars
   VertexArray nothing;  // discs have no vertices
   Buffer stars;
-  std::size_t starCount = 0;
-  std::uint64_t catalogue = 0;  // what `stars` are of
+  std::vector<StarVertex> all;
+  std::vector<StarVertex> seen;  // kept from frame to frame only for its memory
+  std::uint64_t catalogue = 0;   // what `stars` are of
   double brightness_stops = 0.0;
 
   io::Result<void> compile();
   void bring(const scene::Sky& sky);
+  void bringSeen(const scene::Frame& frame, double pixel);
 };
 
 io::Result<void> HeavensPass::Parts::compile() {
@@ -106,13 +110,36 @@ void HeavensPass::Parts::bring(const scene::Sky& sky) {
   if (catalogue == sky.stars->serial && brightness_stops == sky.brightness_stops) return;
   catalogue = sky.stars->serial;
   brightness_stops = sky.brightness_stops;
-  std::vector<StarVertex> vertices;
-  vertices.reserve(sky.stars->stars.size());
+  all.clear();
   for (const scene::Star& star : sky.stars->stars)
-    vertices.push_back(vertexOf(star, brightness_stops));
-  starCount = vertices.size();
-  glNamedBufferData(stars.name(), static_cast<GLsizeiptr>(starCount * sizeof(StarVertex)), vertices.data(),
-                    GL_STATIC_DRAW);
+    all.push_back(vertexOf(star, brightness_stops));
+  seen.reserve(all.size());
+}
+
+/// Of most views most stars lie beside the picture or behind the ground, and telling that here is far cheaper than
+/// there.
+void HeavensPass::Parts::bringSeen(const scene::Frame& frame, double pixel) {
+  const scene::Sides sides = frame.view.sides();
+  const double x = std::max(std::abs(sides.left), std::abs(sides.right));
+  const double y = std::max(std::abs(sides.bottom), std::abs(sides.top));
+  // Squares reach three spreads to either side, and corners further.
+  const double room = kStarReach * kMostSpread_px * pixel;
+  const double around = std::cos(std::min(std::atan(std::hypot(x, y)) + room, geo::kPi));
+  const double r = geo::length(frame.view.eye.m);
+  const double solid = frame.ellipsoid.semiMinorAxis_m() - kDeepestGround_m * std::max(frame.exaggeration, 1.0);
+  const double hidden = !frame.tiles.empty() && solid > 0.0 && r > solid ? std::asin(solid / r) - room : 0.0;
+  const double behind = hidden > 0.0 ? std::cos(hidden) : kNoDisc;
+  const geo::Mat3 celestialFromBody = glm::transpose(frame.sky.bodyFromCelestial);
+  const geo::Vec3f axis(celestialFromBody * glm::transpose(frame.view.viewFromBody) * geo::Vec3(0.0, 0.0, -1.0));
+  const geo::Vec3f down(celestialFromBody * (frame.view.eye.m / -r));
+  seen.clear();
+  for (const StarVertex& star : all) {
+    if (static_cast<double>(geo::dot(star.direction_celestial, axis)) > around &&
+        static_cast<double>(geo::dot(star.direction_celestial, down)) < behind)
+      seen.push_back(star);
+  }
+  glNamedBufferData(stars.name(), static_cast<GLsizeiptr>(seen.size() * sizeof(StarVertex)), seen.data(),
+                    GL_STREAM_DRAW);
 }
 
 HeavensPass::HeavensPass(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -165,6 +192,7 @@ int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
   int drawCalls = 0;
   if (sky.stars) {
     p.bring(sky);
+    p.bringSeen(frame, static_cast<double>(pixel));
     const StarPrograms& s = p.starPrograms[inAir ? 1 : 0];
     const geo::Mat3f turn(sky.bodyFromCelestial);
     glUseProgram(s.program.name());
@@ -172,7 +200,7 @@ int HeavensPass::draw(const scene::Frame& frame, bool inAir) {
     glProgramUniform1f(s.program.name(), s.pixel, pixel);
     glProgramUniform4fv(s.program.name(), s.moon, 1, &moon[0]);
     glBindVertexArray(p.squares.name());
-    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(p.starCount));
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(p.seen.size()));
     ++drawCalls;
   }
   if (first < last) {

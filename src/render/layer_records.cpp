@@ -1,6 +1,7 @@
 #include "render/layer_records.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "raster/colour.h"
 
@@ -81,6 +82,10 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
   }
   TileColours out{.first = static_cast<std::uint32_t>(records.size())};
   bool asItIs = true;  // of colours one picture is seen, unchanged
+  ResidentPicture lamps;
+  ResidentPicture water;
+  float lampStrength = 0.0f;
+  float waterStrength = 0.0f;
   std::size_t strengthCount = 0;
   const auto isSeen = [&](std::size_t i, LayerRole role) {
     return role == LayerRole::nightLights ? effects.lamps : role == LayerRole::water ? effects.mirror : i >= lowest;
@@ -91,17 +96,28 @@ TileColours coloursOf(std::span<const ResidentPicture> pictures, std::span<const
     records.push_back(recordOf(pictures[i], look));
     if (look.role != LayerRole::colour) {
       ++strengthCount;
-      out.second = pictures[i];
-      out.secondStrength = records.back().strength;
+      const bool isWater = look.role == LayerRole::water;
+      (isWater ? water : lamps) = pictures[i];
+      (isWater ? waterStrength : lampStrength) = std::abs(records.back().strength);
     } else {
       asItIs = asItIs && out.one.picture == nullptr && hides(pictures[i], look) && !look.adjusts();
       out.one = pictures[i];
     }
   }
-  if (!asItIs || strengthCount > 1) {
-    out.kind = TileColours::Kind::layered;
-  } else if (strengthCount == 1) {
-    out.kind = out.second.place != nullptr ? TileColours::Kind::second : TileColours::Kind::layered;
+  using Kind = TileColours::Kind;
+  const std::size_t placed = (lamps.place != nullptr ? 1u : 0u) + (water.place != nullptr ? 1u : 0u);
+  if (!asItIs || strengthCount != placed) {  // more than one of a role, or one without room
+    out.kind = Kind::layered;
+  } else if (lamps.place != nullptr) {
+    out.kind = water.place != nullptr ? Kind::both : Kind::lamps;
+    out.second = lamps;
+    out.secondStrength = lampStrength;
+    out.third = water;
+    out.thirdStrength = waterStrength;
+  } else if (water.place != nullptr) {
+    out.kind = Kind::water;
+    out.second = water;
+    out.secondStrength = waterStrength;
   }
   out.count = static_cast<std::uint32_t>(records.size()) - out.first;
   return out;

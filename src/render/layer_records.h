@@ -30,14 +30,18 @@ struct ResidentPicture {
 struct TileColours {
   enum class Kind : std::uint8_t {
     one,      ///< one opaque picture as it is, or none; may be drawn as `layered` too
-    second,   ///< that, and one of night lights or of water; likewise
+    lamps,    ///< that, and one of night lights; likewise
+    water,    ///< or of water
+    both,     ///< or one of each
     layered,  ///< what the range of records says
   };
   Kind kind = Kind::one;
   ResidentPicture one;
-  ResidentPicture second;       ///< of `second`, not without room
-  float secondStrength = 0.0f;  ///< and of that, as PictureRecord has it
-  std::uint32_t first = 0;      ///< of the range, which has all pictures
+  ResidentPicture second;       ///< of `lamps`, `water` and, the lamps, `both`; not without room
+  float secondStrength = 0.0f;  ///< of that, 0 or more
+  ResidentPicture third;        ///< the water of `both`, likewise
+  float thirdStrength = 0.0f;
+  std::uint32_t first = 0;  ///< of the range, which has all pictures
   std::uint32_t count = 0;
 };
 

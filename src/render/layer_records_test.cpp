@@ -47,7 +47,10 @@ class LayerRecords : public testing::Test {
     for (std::size_t i = 5; i < records.size(); ++i)
       out += std::to_string(static_cast<int>(records[i].place));
     if (colours.kind == TileColours::Kind::layered) return out;
-    return out + ", or " + one + " and lamps " + std::to_string(colours.second.place->layer);
+    out += ", or " + one + (colours.kind == TileColours::Kind::water ? " and water " : " and lamps ") +
+           std::to_string(colours.second.place->layer);
+    if (colours.kind == TileColours::Kind::both) out += ", water " + std::to_string(colours.third.place->layer);
+    return out;
   }
 
   std::shared_ptr<const scene::TextureImage> opaque;
@@ -93,9 +96,12 @@ TEST_F(LayerRecords, LampsBurnWhateverLiesOverThemButNotByDay) {
 
 TEST_F(LayerRecords, WaterMirrorsWhateverLiesOverIt) {
   const LayerLook water{.role = scene::LayerRole::water}, lamps{.role = scene::LayerRole::nightLights};
-  EXPECT_EQ(shown({opaque, patchy}, {{}, water}), "01, or as it is 0 and lamps 1");
-  EXPECT_EQ(shown({patchy, opaque}, {water, {}}), "01, or as it is 1 and lamps 0");
-  EXPECT_EQ(shown({opaque, patchy, patchy}, {{}, water, lamps}, true), "012");
+  EXPECT_EQ(shown({opaque, patchy}, {{}, water}), "01, or as it is 0 and water 1");
+  EXPECT_EQ(shown({patchy, opaque}, {water, {}}), "01, or as it is 1 and water 0");
+  EXPECT_EQ(shown({opaque, patchy, patchy}, {{}, water, lamps}, true), "012, or as it is 0 and lamps 2, water 1");
+  EXPECT_EQ(shown({patchy, patchy, opaque}, {lamps, water, {}}, true), "012, or as it is 2 and lamps 0, water 1");
+  EXPECT_EQ(shown({opaque, patchy, patchy}, {{}, water, water}, true), "012");
+  EXPECT_EQ(shown({opaque, patchy, patchy, patchy}, {{}, water, lamps, water}, true), "0123");
   scene::TerrainMesh mesh{.upReach = 0.1f};
   for (const double lon : {0.0, 80.0, 92.0, 100.0, 180.0}) {
     mesh.middleUp_body = geo::Vec3f(geo::directionFromDegrees(0, lon).n);

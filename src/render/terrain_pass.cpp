@@ -1,6 +1,7 @@
 #include "render/terrain_pass.h"
 
 #include <cmath>
+#include <glm/gtc/packing.hpp>
 
 #include "raster/colour.h"
 #include "tiling/tiling.h"
@@ -99,19 +100,24 @@ TileRecord recordOf(const ResidentTile& tile, const SnappedEye& eye, const geo::
   const TileColours& colours = tile.colours;
   TileRecord record{.originCoarse_rte = coarse,
                     .originFine_rte = fine,
+                    .parentStep_m = tile.tile->mesh->parentStep_m,
                     .colourWindow = colourWindow(colours),
                     .reliefWindow = packed(tile.tile->reliefWindow),
                     .plain = plainColour(colours, ground),
                     .morph = {tile.tile->morph[0], tile.tile->morph[1], tile.tile->morph[2], tile.tile->morph[3]},
-                    .parentStep_m = tile.tile->mesh->parentStep_m,
                     .colourLayer = layerOf(colours.one.place),
                     .reliefLayer = layerOf(tile.relief)};
   switch (colours.kind) {
     case TileColours::Kind::one:
       break;
-    case TileColours::Kind::second:
-      record.pictureCount = layerOf(colours.second.place);
-      record.secondStrength = colours.secondStrength;
+    case TileColours::Kind::both:
+      record.pictureCount = layerOf(colours.third.place) << 16;
+      record.thirdWindow = packed(colours.third.picture->window);
+      [[fallthrough]];
+    case TileColours::Kind::lamps:
+    case TileColours::Kind::water:
+      record.pictureCount |= layerOf(colours.second.place);
+      record.strengths = glm::packHalf2x16({colours.secondStrength, colours.thirdStrength});
       record.secondWindow = packed(colours.second.picture->window);
       break;
     case TileColours::Kind::layered:

@@ -15,18 +15,19 @@ namespace tellurion::render {
 struct TileRecord {
   geo::Vec3f originCoarse_rte;
   geo::Vec3f originFine_rte;
+  float parentStep_m = 0.0f;  ///< in one attribute with that
   geo::Vec4f colourWindow;
   geo::Vec4f reliefWindow;
   geo::Vec4f plain;
-  geo::Vec4f morph;  ///< scene::DrawnTile::morph
-  float parentStep_m = 0.0f;
+  geo::Vec4f morph;               ///< scene::DrawnTile::morph
   std::int32_t colourLayer = -1;  ///< of a tile with several pictures: the first of their records
   std::int32_t reliefLayer = -1;  ///< of a tile with several pictures: TexturePlace::number()
-  std::int32_t pictureCount = 0;  ///< records of pictures; of a tile with one and night lights: the layer of those
-  float secondStrength = 0.0f;    ///< of such a tile
-  geo::Vec4f secondWindow;        ///< likewise
+  std::int32_t pictureCount = 0;  ///< records of pictures; else the layers of the second and, << 16, of the third
+  std::uint32_t strengths = 0;    ///< of those, halves
+  geo::Vec4f secondWindow;
+  geo::Vec4f thirdWindow;
 };
-static_assert(sizeof(TileRecord) == 124);
+static_assert(sizeof(TileRecord) == 140);
 
 /// As glMultiDrawElementsIndirect reads it.
 struct DrawCommand {

@@ -1,5 +1,6 @@
 // The sun's light on drawn water against Cox and Munk's slopes in double precision, with the shaders' own constants.
 
+#include <array>
 #include <cmath>
 
 #include "geo/body.h"
@@ -104,6 +105,42 @@ TEST_F(Water, IsDarkWhereThereIsNoneAndByNight) {
   EXPECT_NEAR(fromSrgb(static_cast<std::uint8_t>(half)) / fromSrgb(static_cast<std::uint8_t>(whole)), 0.5, 0.03);
   EXPECT_EQ(most(drawn(frameOf(-80, toSun, 0))), 0);
   EXPECT_EQ(most(drawn(frameOf(-80, -toSun, 255))), 0);
+}
+
+// By its own program, and by that of all layers, which a second layer of the same lamps asks for.
+TEST_F(Water, AndLampsAreTheSameInTheProgramsOfEachAndOfAllLayers) {
+  for (const int roles : {1, 2, 3}) {  // lamps, water, both
+    const geo::Vec3 toSun = geo::directionFromDegrees(12, roles == 1 ? 150 : roles == 2 ? 110 : 120).n;
+    scene::Frame few = frameOf(-60, toSun, 130);
+    few.pictures.clear();
+    few.looks = {{}};
+    if ((roles & 1) != 0)
+      few.looks.push_back({.opacity = 0.6, .brightness = 1.7, .role = scene::LayerRole::nightLights});
+    if ((roles & 2) != 0) few.looks.push_back({.brightness = 1.3, .role = scene::LayerRole::water});
+    scene::Frame all = few;
+    all.looks.push_back(all.looks.back());
+    const std::array images{synthetic::plainImage({90, 80, 60, 255}), synthetic::plainImage({0, 0, 0, 100}),
+                            synthetic::plainImage({0, 0, 0, 200}), synthetic::plainImage({0, 0, 0, 200})};
+    for (scene::Frame* frame : {&few, &all}) {
+      for (scene::DrawnTile& tile : frame->tiles) {
+        tile.firstPicture = static_cast<std::uint32_t>(frame->pictures.size());
+        tile.pictureCount = static_cast<std::uint32_t>(frame->looks.size());
+        for (std::uint32_t layer = 0; layer < tile.pictureCount; ++layer) {
+          const bool isLast = layer > 0 && layer + 1 == tile.pictureCount && frame == &all;
+          frame->pictures.push_back({.image = images[isLast ? layer - 1 : layer], .window = {}, .layer = layer});
+        }
+      }
+    }
+    const auto picture = drawn(few);
+    const auto expected = drawn(all);
+    int lit = 0;
+    for (std::size_t i = 0; i < picture.samples.size(); ++i) {
+      EXPECT_NEAR(picture.samples[i].r, expected.samples[i].r, 1) << roles << ", " << i;
+      EXPECT_NEAR(picture.samples[i].b, expected.samples[i].b, 1) << roles << ", " << i;
+      lit += picture.samples[i].r > 20 ? 1 : 0;
+    }
+    EXPECT_GT(lit, 500) << roles;
+  }
 }
 
 }  // namespace

@@ -31,11 +31,8 @@ vec3 litGroundInAir(vec3 albedo, float mirrored, float height, vec3 normal_body,
 // What reaches the eye from ground at place_air.xyz, relative to the eye, place_air.w above the ellipsoid. Lamps are not exposed: their strength is a
 // picture's, not a power.
 vec3 throughAir(vec3 light, vec3 lamps, vec4 place_air) {
-  float distance = length(place_air.xyz);
-  AirRay ray = airRay(airView, place_air.xyz / max(distance, 1e-6), false);
-  float share = shareToGround(air, airView, ray, distance, place_air.w);
-  vec3 place = airTablePlace(ray, share);
-  vec3 reaches = exp(-share * texture(airDepth, place.yz).rgb);
-  vec3 added = share * texture(airLight, place).rgb;
+  vec4 place = airPlaceOfGround(air, airView, place_air);
+  vec3 reaches = exp(-place.w * texture(airDepth, place.yz).rgb);
+  vec3 added = place.w * texture(airLight, place.xyz).rgb;
   return exposed((light * reaches + added) * airView.up.w + lamps * reaches);
 }

@@ -4,8 +4,7 @@ struct Between {
   float glare;   // brightness of the air before it, as drawn
 };
 Between airBetween(vec3 direction_body) {
-  AirRay ray = airRay(airView, normalize(direction_body * airView.scale.xyz), true);
-  vec3 place = airTablePlace(ray, 1.0);
+  vec3 place = airPlaceOfSky(airView, normalize(direction_body * airView.scale.xyz));
   vec3 light = exposed(textureLod(airLight, place, 0.0).rgb * airView.up.w);
   return Between(exp(-textureLod(airDepth, place.yz, 0.0).rgb), dot(light, vec3(0.2126, 0.7152, 0.0722)));
 }

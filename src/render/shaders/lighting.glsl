@@ -8,13 +8,17 @@ vec3 lampLight(float strength, float sunHeight) {
 // whose slopes are spread as Cox and Munk (1954) measured, for a wind of 5 m/s, each a mirror (Fresnel's law as Schlick
 // has it).
 float sunInWater(vec3 toEye, vec3 up, vec3 toSun) {
-  vec3 facet = normalize(toEye + toSun);
-  float cosine = max(dot(facet, up), 1e-3);
-  float cosine2 = cosine * cosine;
-  float slope2 = (1.0 - cosine2) / cosine2;
-  float reflects = kWaterReflects + (1.0 - kWaterReflects) * pow(1.0 - clamp(dot(facet, toSun), 0.0, 1.0), 5.0);
-  float facets = exp(-slope2 / kWaterSlopes) / kWaterSlopes;
-  return reflects * facets / (4.0 * max(dot(toEye, up), kWaterGrazing) * cosine2 * cosine2);
+  // The facet's normal is that of toEye + toSun, twice as long as the cosine of half the angle between them.
+  float eyeHeight = dot(toEye, up);
+  float length2 = max(2.0 + 2.0 * dot(toEye, toSun), 1e-12);
+  float length_ = sqrt(length2);
+  float upright = max(eyeHeight + dot(toSun, up), 1e-3 * length_);
+  float perCosine2 = length2 / (upright * upright);
+  float missing = max(1.0 - 0.5 * length_, 0.0);
+  float missing2 = missing * missing;
+  float reflects = kWaterReflects + (1.0 - kWaterReflects) * missing2 * missing2 * missing;
+  float facets = exp((1.0 - perCosine2) / kWaterSlopes) / (4.0 * kWaterSlopes);
+  return reflects * facets * perCosine2 * perCosine2 / max(eyeHeight, kWaterGrazing);
 }
 
 // Linear light that leaves the ground towards the eye. Lambert's law with the relief's normal; vectors are in body axes,

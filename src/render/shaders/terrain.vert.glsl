@@ -6,11 +6,11 @@ layout(location = 1) in vec3 up_body;
 layout(location = 2) in float placeS;  // tile-local, 0..32768
 // A value a tile (divisor 1):
 layout(location = 3) in vec3 originCoarse_rte;
-layout(location = 4) in vec3 originFine_rte;
+layout(location = 4) in vec4 originFine_rte;  // w: parentStep_m
 layout(location = 5) in vec4 colourWindow;  // offset, scale
 layout(location = 6) in vec4 reliefWindow;
 layout(location = 7) in vec4 plain;  // linear colour where there is no texture, share of the texture
-layout(location = 8) in ivec4 layers;  // colour or first picture, relief (its layer or its number), pictures or the second picture, bits of its strength
+layout(location = 8) in ivec4 layers;  // colour or first picture, relief (its layer or its number), pictures or (second | third << 16), bits of two halves: their strengths
 // A value a vertex again: what position_tile lost in single precision, in steps of the vertex grid.
 layout(location = 9) in vec3 fine_tile;
 layout(location = 10) in float placeT;
@@ -18,10 +18,13 @@ layout(location = 11) in vec4 toParent;  // to the parent's surface, body axes; 
 layout(location = 12) in float height_m;
 // A value a tile:
 layout(location = 13) in vec4 morph;  // at (s, t) = (0, 0), (1, 0), (0, 1), (1, 1): 0 the parent's surface, 1 its own
-layout(location = 14) in float parentStep_m;
 #ifdef SECOND
 layout(location = 15) in vec4 secondWindow;
 out vec2 secondPlace;
+#endif
+#ifdef THIRD
+layout(location = 14) in vec4 thirdWindow;
+out vec2 thirdPlace;
 #endif
 
 #ifdef MIRROR
@@ -60,7 +63,7 @@ vec3 rteFromTile(vec3 moved) {
   precise vec3 sumMoved = sum + moved;
   precise vec3 partMoved = sumMoved - sum;
   precise vec3 lostMoved = (sum - (sumMoved - partMoved)) + (moved - partMoved);
-  precise vec3 rte = sumMoved + ((lost + lostMoved) + (originFine_rte + fine_tile * eyeRemainder.w));
+  precise vec3 rte = sumMoved + ((lost + lostMoved) + (originFine_rte.xyz + fine_tile * eyeRemainder.w));
   return rte;
 }
 
@@ -68,7 +71,7 @@ vec3 rteFromTile(vec3 moved) {
 // weights of the two far corners are exactly zero, and turning an edge round exchanges two summands.
 void main() {
   vec2 place = vec2(placeS, placeT) * (1.0 / 32768.0);
-  precise vec4 change = toParent * parentStep_m * wayBack(place);
+  precise vec4 change = toParent * originFine_rte.w * wayBack(place);
   precise vec3 moved = round(change.xyz / eyeRemainder.w) * eyeRemainder.w;
   precise vec3 position_rte =
       (rteFromTile(moved) - eyeRemainder.xyz) + up_body * ((height_m + change.w) * switches.y);
@@ -84,6 +87,9 @@ void main() {
 #endif
 #ifdef SECOND
   secondPlace = secondWindow.xy + secondWindow.zw * place;
+#endif
+#ifdef THIRD
+  thirdPlace = thirdWindow.xy + thirdWindow.zw * place;
 #endif
 #ifdef MIRROR
   place_rte = position_rte;

@@ -11,7 +11,9 @@ void main() {
   vec3 ground = plainColour.rgb;
   float lamps = 0.0;
   float water = 0.0;
-  for (int i = 0; i < textureLayers.z; ++i) {
+  // Asked at the end: Mesa's software renderers go once more through a loop that asks at its beginning.
+  int i = 0;
+  if (textureLayers.z > 0) do {
     int record = 3 * (textureLayers.x + i);
     vec4 window = texelFetch(pictures, record);
     vec4 look = texelFetch(pictures, record + 1);  // place, opacity, strength of night lights or, less than 0, of water, blend mode
@@ -26,6 +28,6 @@ void main() {
     ground = blended(ground, texel, int(look.w), look.y);
     lamps = max(lamps, texel.a * look.z);
     water = max(water, -texel.a * look.z);
-  }
+  } while (++i < textureLayers.z);
   colour = vec4(shadedGround(ground, lamps, water), 1.0);
 }
