@@ -177,7 +177,7 @@ class InAir : public synthetic::GlTest {
           sum += off;
           worst = std::max(worst, off);
           ++compared;
-          EXPECT_LT(off, 0.17) << col << ", " << row << ", " << band << ": " << expected[band];
+          EXPECT_LT(off, 0.1) << col << ", " << row << ", " << band << ": " << expected[band];
           beyond += off > 0.05 ? 1 : 0;
         }
       }

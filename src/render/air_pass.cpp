@@ -133,7 +133,7 @@ void AirPass::Parts::makeView(const AirBlock& of) {
   glBindSampler(kGlowUnit, 0);
   glBindImageTexture(kLightImage, light.name(), 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RGBA32F);
   glBindImageTexture(kDepthImage, depth.name(), 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
-  glDispatchCompute(kViewAzimuths / kGroupSide, 2 * kViewHalf / kGroupSide, 1);
+  glDispatchCompute(kViewAzimuths / kGroupSide, kViewRows / kGroupSide, 1);
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
@@ -195,8 +195,8 @@ io::Result<AirPass> AirPass::create() {
   parts->transmittance = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, kTransmittanceWidth, kTransmittanceHeight, 0);
   parts->glow = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, kGlowSide, kGlowSide, 0);
   parts->groundLight = makeTexture(GL_TEXTURE_2D_ARRAY, GL_RGBA32F, kGroundLightWidth, kGroundLightHeight, 2);
-  parts->light = makeTexture(GL_TEXTURE_3D, GL_RGBA32F, kViewAzimuths, 2 * kViewHalf, kViewDistances);
-  parts->depth = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, 2 * kViewHalf, kViewDistances, 0);
+  parts->light = makeTexture(GL_TEXTURE_3D, GL_RGBA32F, kViewAzimuths, kViewRows, kViewDistances);
+  parts->depth = makeTexture(GL_TEXTURE_2D, GL_RGBA32F, kViewRows, kViewDistances, 0);
   if (ranOutOfMemory())
     return io::fail(io::Failure::Code::ioError, "the graphics driver has no memory for the tables of the air");
   return AirPass(std::move(parts));

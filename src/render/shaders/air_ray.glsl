@@ -74,8 +74,8 @@ AirDirection airDirection(AirView view, vec3 direction) {
 
 vec2 airTableDirection(AirDirection d, bool meets, float from) {
   float azimuth = sqrt(clamp(0.5f - 0.5f * d.sideways / max(d.sine, 1e-9f), 0.0f, 1.0f));
-  float row = (meets ? 0.5f : float(kViewHalf) + 0.5f) + from * float(kViewHalf - 1);
-  return vec2((0.5f + azimuth * float(kViewAzimuths - 1)) / float(kViewAzimuths), row / float(2 * kViewHalf));
+  float row = 0.5f + (meets ? from * float(kViewBelow - 1) : float(kViewBelow) + from * float(kViewAbove - 1));
+  return vec2((0.5f + azimuth * float(kViewAzimuths - 1)) / float(kViewAzimuths), row / float(kViewRows));
 }
 
 vec3 airTablePlace(vec2 direction, float share, float bending) {

@@ -27,7 +27,7 @@ const float kPi = 3.14159265f;
 // those of body axes scaled so that the ellipsoid is a sphere ("_air").
 //
 // A direction is an azimuth about the eye's up, counted from the sun's on either side, and an angle from the nadir,
-// counted from the horizon's: the table's lower half is of rays that meet the air's bottom, the upper half of all others.
+// counted from the horizon's: the table's lower part is of rays that meet the air's bottom, the upper part of all others.
 // Everything is made of differences that are small where they matter: from 100,000 km the air is a line.
 
 struct AirView {
@@ -44,10 +44,12 @@ const float kEyeLow = 0.0f;
 const float kEyeHigh = 1.0f;    // in thin air
 const float kEyeOutside = 2.0f;  // above all air
 
-const int kViewAzimuths = 48;
-const int kViewHalf = 48;    // directions from the nadir to the horizon, and from there upwards
+const int kViewAzimuths = 40;
+const int kViewBelow = 64;  // directions from the nadir to the horizon: the line between day and night lies among them
+const int kViewAbove = 48;  // and from there upwards
+const int kViewRows = kViewBelow + kViewAbove;
 const int kViewDistances = 16;
 
 // The dome of the sky: its bands end where the table has rows.
-const int kSkyBands = 48;
+const int kSkyBands = kViewAbove;
 const int kSkyColumns = 192;

@@ -40,8 +40,8 @@ Lit litAt(Line line, float along, vec3 densities) {
 void main() {
   ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
   float azimuthPlace = float(texel.x) / float(kViewAzimuths - 1);
-  bool meets = texel.y < kViewHalf;
-  float from = float(meets ? texel.y : texel.y - kViewHalf) / float(kViewHalf - 1);
+  bool meets = texel.y < kViewBelow;
+  float from = meets ? float(texel.y) / float(kViewBelow - 1) : float(texel.y - kViewBelow) / float(kViewAbove - 1);
   float tangent = meets ? from * from / airView.horizon.z : from * from * from / airView.horizon.w;
   // Angle past the horizon out of the tangent of its half, and from there the ray.
   float scale = 1.0 / (1.0 + tangent * tangent);
