@@ -1,7 +1,6 @@
 #include "render/terrain_pass.h"
 
 #include <cmath>
-#include <glm/gtc/packing.hpp>
 
 #include "raster/colour.h"
 #include "tiling/tiling.h"
