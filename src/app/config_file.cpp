@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <sstream>
 
 namespace tellurion::app {
@@ -50,17 +51,24 @@ io::Result<std::optional<std::string>> readConfig(std::string_view name) {
 
 io::Result<void> writeConfig(std::string_view name, std::string_view text) {
   const std::filesystem::path path = configPath(name);
-  const std::filesystem::path part = path.string() + ".part";
+  // A name of its own: two programs that write at once would put half of the other's in place.
+  const std::filesystem::path part = fmt::format("{}.{:08x}.part", path.string(), std::random_device()());
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   {
     std::ofstream file(part, std::ios::binary | std::ios::trunc);
     file << text << std::flush;
-    if (!file) return tl::unexpected(problem("cannot be written", part));
+    if (!file) {
+      file.close();
+      std::filesystem::remove(part, error);
+      return tl::unexpected(problem("cannot be written", path));
+    }
   }
   std::filesystem::rename(part, path, error);
-  if (error) return tl::unexpected(problem("cannot be written: " + error.message(), path));
-  return {};
+  if (!error) return {};
+  const std::string why = error.message();
+  std::filesystem::remove(part, error);
+  return tl::unexpected(problem("cannot be written: " + why, path));
 }
 
 std::string setAsideConfig(std::string_view name) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "app/config_file.h"
 #include "app/follow_loop.h"
 #include "app/progress.h"
 #include "app/shipped_places.h"
@@ -25,6 +26,8 @@ struct ViewArguments {
   std::string places;    ///< further ones
   double uiScale = 0.0;  ///< WindowOptions::uiScale
   int screen = 0;        ///< WindowOptions::screen
+  bool fresh = false;    ///< nothing is remembered, neither from before nor for later
+  bool hasSize = false;  ///< --size was given
   StepArguments step;
 };
 
@@ -56,6 +59,25 @@ io::Result<scene::Gazetteer> placesOf(const ViewArguments& arguments, const std:
   if (arguments.places.empty()) return places;
   if (const auto added = places.addFile(arguments.places, body); !added) return tl::unexpected(added.error());
   return places;
+}
+
+constexpr const char* kMemoryFile = "viewer.toml";
+
+/// What cannot be understood is told and put aside.
+scene::ViewerMemory readMemory() {
+  const auto text = readConfig(kMemoryFile);
+  if (text && !*text) return {};
+  const auto memory = text ? scene::parseViewerMemory(**text, configPath(kMemoryFile))
+                           : io::Result<scene::ViewerMemory>(tl::unexpected(text.error()));
+  if (memory) return *memory;
+  fmt::print(stderr, "tellurion view: warning: {}; kept as {}, and begun anew\n", io::describe(memory.error()),
+             setAsideConfig(kMemoryFile));
+  return {};
+}
+
+void writeMemory(const scene::ViewerMemory& memory) {
+  const auto written = writeConfig(kMemoryFile, scene::formatViewerMemory(memory));
+  if (!written) fmt::print(stderr, "tellurion view: warning: {}\n", io::describe(written.error()));
 }
 
 /// A window with all that draws in it.
@@ -121,7 +143,7 @@ io::Result<void> follow(const ViewArguments& arguments, const scene::Scene& scen
   return loop.run();
 }
 
-io::Result<void> view(const ViewArguments& arguments) {
+io::Result<void> view(ViewArguments arguments) {
   const auto scene =
       scene::openScene(arguments.picture.scene, arguments.picture.settings, arguments.picture.globe().online);
   if (!scene) return tl::unexpected(scene.error());
@@ -134,6 +156,9 @@ io::Result<void> view(const ViewArguments& arguments) {
     if (!path) return tl::unexpected(path.error());
     frames = scene::keyFramesOf(path->keys());
   }
+  const scene::ViewerMemory memory = arguments.fresh ? scene::ViewerMemory() : readMemory();
+  if (memory.window && !arguments.hasSize)
+    arguments.picture.size = fmt::format("{}x{}", memory.window->width, memory.window->height);
   const InterruptStop interrupt;
   auto stage = openStage(arguments, *scene, interrupt);
   if (!stage) return tl::unexpected(stage.error());
@@ -149,7 +174,10 @@ io::Result<void> view(const ViewArguments& arguments) {
                 clockOf(*scene, arguments.picture), std::move(*places), arguments.picture.offline);
   if (leading) loop.lead(*leading);
   if (!frames.empty()) loop.travel().setKeyFrames(std::move(frames));
-  return loop.run();
+  if (!arguments.fresh) loop.remember(memory);
+  const auto done = loop.run();
+  if (!arguments.fresh && loop.remembered() != memory) writeMemory(loop.remembered());
+  return done;
 }
 
 }  // namespace
@@ -180,6 +208,8 @@ void addView(CLI::App& program) {
       ->add_option("--ui-scale", arguments->uiScale,
                    "How large letters and panels are, 1 for an ordinary screen; else as the screen asks for")
       ->check(between(0.5, 8.0));
+  command->add_flag("--fresh", arguments->fresh,
+                    "Begin as the first time, and remember nothing of this window: its size and open panels");
   addStepOptions(*command, arguments->step);
   command->footer(
       "In the window H shows the controls. C prints the camera as --camera takes it.\n\n"
@@ -187,6 +217,7 @@ void addView(CLI::App& program) {
       "  tellurion view data/earth.toml");
   command->callback([arguments, command] {
     checkStepOptions(*command, arguments->step);
+    arguments->hasSize = command->count("--size") > 0;
     if (const auto done = view(*arguments); !done) failRun("view", io::describe(done.error()));
   });
 }

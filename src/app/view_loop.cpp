@@ -67,6 +67,25 @@ ViewLoop::ViewLoop(ViewWindow& window, scene::Globe& globe, tiling::Scheme tilin
   figures_.quality = quality.full;
 }
 
+void ViewLoop::remember(const scene::ViewerMemory& memory) {
+  memory_ = memory;
+  layersShown_ = memory.layers;
+  statisticsShown_ = memory.statistics;
+  settings_.show(memory.settings);
+  if (layersShown_ || statisticsShown_ || settings_.shown()) showInput();
+  if (!memory.hasHint) notify("drag to move, wheel to zoom, right drag to look around; H shows all keys");
+  memory_.hasHint = true;
+}
+
+scene::ViewerMemory ViewLoop::remembered() const {
+  scene::ViewerMemory memory = memory_;
+  if (const auto size = window_.ordinarySize()) memory.window = size;
+  memory.layers = layersShown_;
+  memory.statistics = statisticsShown_;
+  memory.settings = settings_.shown();
+  return memory;
+}
+
 void ViewLoop::lead(Leading& leading) {
   leading_ = &leading;
   sources_.forbid("other windows follow this one, and would not have it: give all of them a scene with its entry");

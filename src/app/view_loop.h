@@ -26,6 +26,11 @@ class ViewLoop {
   /// Where the eye can be sent.
   ViewTravel& travel() { return travel_; }
 
+  /// Does as it did when it was closed last.
+  void remember(const scene::ViewerMemory& memory);
+  /// What to remember of it, beside what was remembered before.
+  scene::ViewerMemory remembered() const;
+
   /// Has others follow; it must outlive this.
   void lead(Leading& leading);
 
@@ -73,6 +78,7 @@ class ViewLoop {
   ViewTravel travel_;
   ViewSettings settings_;
   SourcesPanel sources_;
+  scene::ViewerMemory memory_;  ///< as it was given
   scene::CutOptions cut_;       ///< at quality 1
   Leading* leading_ = nullptr;  ///< null: nobody follows
   double waited_ms_ = 0.0;      ///< in the last frame, for followers

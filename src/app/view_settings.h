@@ -39,6 +39,7 @@ class ViewSettings {
   const scene::QualityControl& control() const { return control_; }
   bool playing() const { return playing_; }
   bool shown() const { return shown_; }
+  void show(bool shown) { shown_ = shown; }
 
   /// True: the picture must be drawn again. Other keys do nothing.
   bool handle(ViewKey key);

@@ -412,6 +412,16 @@ scene::Viewport ViewWindow::pictureSize() const {
   return size;
 }
 
+std::optional<scene::ViewerMemory::Size> ViewWindow::ordinarySize() const {
+  GLFWwindow* const window = state_->window;
+  if (glfwGetWindowMonitor(window) != nullptr || glfwGetWindowAttrib(window, GLFW_ICONIFIED) ||
+      glfwGetWindowAttrib(window, GLFW_MAXIMIZED))
+    return std::nullopt;
+  scene::ViewerMemory::Size size;
+  glfwGetWindowSize(window, &size.width, &size.height);
+  return size;
+}
+
 void ViewWindow::closeSoon() {
   close();
   wake();

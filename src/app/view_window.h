@@ -8,6 +8,7 @@
 
 #include "app/view_input.h"
 #include "io/failure.h"
+#include "scene/viewer_memory.h"
 
 namespace tellurion::app {
 
@@ -40,6 +41,8 @@ class ViewWindow {
   /// From any thread: wait() ends.
   void wake();
 
+  /// Width and height in the window system's units; nothing of one that fills its screen, or is minimised or maximised.
+  std::optional<scene::ViewerMemory::Size> ordinarySize() const;
   /// Pixels of the picture, which on dense screens are more than the window system's units; 0 by 0 while minimised.
   scene::Viewport pictureSize() const;
 
