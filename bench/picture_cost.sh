@@ -21,7 +21,7 @@ printf '%s\n[[imagery]]\nsource = "%s/earth_night.tdb"\nrole = "night_lights"\n[
 python3 - "$program" "$rounds" <<'PY'
 import csv, os, shutil, statistics, subprocess, sys
 program, rounds = sys.argv[1], int(sys.argv[2])
-seconds = 4
+seconds = 8
 views = {"Earth by day, 15,000 km": ("10,20,15000000,0,-90,0", "[10, 30]"),
          "Earth by night, 12,000 km": ("35,20,12000000,0,-90,0", "[10, -165]"),
          "the terminator, 9,000 km": ("40,20,9000000,0,-90,0", "[10, -60]"),
