@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "scene/fake_tree_test.h"
+#include "scene/late_globe_test.h"
 
 namespace tellurion::scene {
 namespace {
